@@ -153,6 +153,24 @@ class Numbers(unittest.TestCase):
         hint = fit(PENDULUM, data, {"links/rod/com/0": 0.45}, offsets=True).warnings
         self.assertTrue(any("delay" in line and "--delay" in line for line in hint), hint)
 
+    def test_a_delay_needs_a_torque_that_changes(self):
+        pushed = Scene({**PENDULUM.to_dict(), "loads": {"push": {"joint": "rod_joint", "torque": 2.0, "start": 0.513, "stop": 1.013}}})
+        push = Recording("pushed", TIMES, motion(pushed, [-1.0, 0.0])["q"], None,
+                         {"push": {"joint": "rod_joint", "torque": 2.0, "start": 0.5, "stop": 1.0}})
+        free, held = {**motion(PENDULUM, [-0.5, 0.0]), "name": "free"}, motion(PENDULUM, [-0.3, 0.0])
+        held = {**held, "tau": np.zeros((len(TIMES), 1)), "name": "held"}
+        steady = Scene({**PENDULUM.to_dict(), "loads": {"steady": {"joint": "rod_joint", "torque": 2.0}}})
+        steady = {**motion(steady, [-1.0, 0.0]), "tau": np.full((len(TIMES), 1), 2.0), "name": "steady"}
+        for data in ([free], [held], [steady], [free, held, steady]):
+            with self.assertRaisesRegex(BadFit, r"^--delay: expected torques or forces that change in a recording, .*, got none$"):
+                fit(PENDULUM, data, {"links/rod/com/0": 0.45}, delay=True)
+        result = fit(PENDULUM, [free, push, steady], {"links/rod/com/0": 0.45}, delay=True)
+        self.assertAlmostEqual(result.delays[1], 0.013, delta=1e-4)
+        self.assertEqual((result.delays[0], result.delays[2]), (None, None))
+        self.assertEqual(result.not_told, ["the delay of free, steady, in which no torque or force changes"])
+        self.assertEqual(re.findall(r"(\S+): delay", str(result)), ["pushed"])
+        self.assertEqual(fit(PENDULUM, free, {"links/rod/com/0": 0.45}).delays, [0.0])
+
     def test_correlated_residuals_widen_the_deviations(self):
         drag = Scene({**PENDULUM.to_dict(), "links": {"rod": {**ROD, "joint": {"damping": 0.1, "friction": 0.2}}}})
         result = fit(PENDULUM, noisy(motion(drag, [-0.5, 0.0]), 2, 1e-4), ["links/rod/com/0"])
@@ -341,7 +359,10 @@ class Bad(unittest.TestCase):
             self.refused("expected an array of numbers as q, got a masked array (filled(numpy.nan)", PENDULUM, self.changed(q=given), com)
         self.refused("expected an array of numbers as t, got a masked array", PENDULUM, self.changed(t=np.ma.array(t)), com)
         self.refused("expected an array of numbers as q, got complex ones", PENDULUM, self.changed(q=q + 1j), com)
-        self.refused("expected an array of numbers as q, got could not convert", PENDULUM, self.changed(q=[["a"]] * len(q)), com)
+        self.refused("expected an array of numbers as q, got 'a'", PENDULUM, self.changed(q=[["a"]] * len(q)), com)
+        for given, word in ((q.astype(str), "'-0.5'"), ([[one] for one in q.ravel().astype(str)], "'-0.5'"), (q.astype("S9"), "b'-0.5'"),
+                            ([["0.1"], *q[1:].tolist()], "'0.1'"), (np.array([[True], *q[1:]], dtype=object), "True"), (q > 0, "False")):
+            self.refused(f"recording 1: expected an array of numbers as q, got {word}", PENDULUM, self.changed(q=given), com)
         self.refused("201 x 1 numbers, got 201 x 2", PENDULUM, self.changed(q=np.hstack([q, q])), com)
         self.refused("expected a path, a Recording or a dict", PENDULUM, {"t": t}, com)
         self.refused("recording 1: expected a path, a Recording or a dict of arrays, got 3", PENDULUM, [3], com)
@@ -354,6 +375,9 @@ class Bad(unittest.TestCase):
         self.refused("expected a finite torque of rod_joint, or nan for a gap, got inf at t = 0.05 s", PENDULUM,
                      self.changed(tau=np.where(t[:, None] == t[5], np.inf, 1.0)), com)
         self.refused("at least one recording", PENDULUM, [], com)
+        twice = "recording 3: expected each recording once, got the times and angles of recording 1"
+        for again in (self.good, {"t": list(t), "q": q.copy(), "name": "again"}, Recording("again", t, q)):
+            self.refused(twice, PENDULUM, [self.good, self.changed(q=q + 0.1), again], com)
         self.assertTrue(fit(PENDULUM, self.changed(q=q + 20 * math.pi), com, many_turns=True).converged)
 
     def test_numbers(self):

@@ -55,8 +55,9 @@ class Fit:
     numbers: a list of Found. scene: the Scene with their values. covariance: of the numbers, in their units. correlation_time: how many
     samples of a residual count as one. units: of each joint, rad or m. noise: the deviation of the residuals of each joint, robust.
     errors: for each recording its name and the root mean square residual of each joint until this time, s (until). states, offsets,
-    delays: of each recording. not_told, warnings: sentences. predictions: a list of Prediction. converged, interrupted, reason. pair:
-    the two numbers that hang together most, or None. bad: why the model does not follow the data, or empty."""
+    delays: of each recording; None for a delay that it does not determine. not_told, warnings: sentences. predictions: a list of
+    Prediction. converged, interrupted, reason. pair: the two numbers that hang together most, or None. bad: why the model does not
+    follow the data, or empty."""
 
     def __init__(self, scene, problem, solution):
         self.joints = problem.joints
@@ -75,7 +76,10 @@ class Fit:
         self.recordings, self.angles = problem.recordings, problem.angles(solution.x, samples_of(problem.recordings, np.inf))
         parts = [problem.parts(solution.x, r) for r in range(len(self.recordings))]
         self.states = [problem.states(solution.x, r, [0])[0] for r in range(len(self.recordings))]
-        self.offsets, self.delays = ([part[k] for part in parts] for k in (2, 3))
+        self.offsets = [part[2] for part in parts]
+        self.delays = [part[3] if one.shows_delay() or not problem.has_delay else None for part, one in zip(parts, self.recordings)]
+        hidden = ", ".join(one.name for one, delay in zip(self.recordings, self.delays) if delay is None)
+        self.not_told += [f"the delay of {hidden}, in which no torque or force changes"] * bool(hidden)
         self.errors = [(recording.name, error_of(angles[places], recording.q[places])) for recording, angles, places in
                        zip(self.recordings, self.angles, samples)]
         self.until = [float(recording.t[places[-1]]) for recording, places in zip(self.recordings, samples)]
@@ -117,7 +121,7 @@ def is_bag(one):
 
 def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces=None):
     """data: a path, a Recording, a dict of arrays, or a list of these. pieces: s, about how long a piece is; None: all is one."""
-    values, joints, recordings = scene.to_dict(), scene.joints, []
+    values, joints, recordings, arrays = scene.to_dict(), scene.joints, [], {}
     for k, one in enumerate(data if isinstance(data, (list, tuple)) else [data]):
         if isinstance(one, Recording):
             require_samples(one.name, one.t, {"q": one.q} if one.qd is None else {"q": one.q, "qd": one.qd}, joints)
@@ -130,6 +134,10 @@ def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces
             read = read_bag(os.fspath(one), values, joints, effort, node)
         else:
             read = [read_csv(os.fspath(one), joints)]
+        if not isinstance(one, (str, os.PathLike)):
+            same = arrays.setdefault((read[0].t.tobytes(), read[0].q.tobytes()), k)
+            if same < k:
+                raise BadFit(f"recording {k + 1}: expected each recording once, got the times and angles of recording {same + 1}")
         if not many_turns and not is_bag(one):  # joint_states are in rad
             for recording in read:
                 require_radians(recording, joints, scene.slides)
@@ -150,6 +158,11 @@ def require_once(data):
     for file in files:
         if files.count(file) > 1:
             raise BadFit(f"--data: expected each recording once, got {file} {files.count(file)} times")
+
+
+def require_delay(is_fitted, recordings):
+    if is_fitted and not any(recording.shows_delay() for recording in recordings):
+        raise BadFit("--delay: expected torques or forces that change in a recording, as tau_<joint> of a CSV or commands of a bag, got none")
 
 
 def require_pieces(seconds):
@@ -194,6 +207,7 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
         windows = windows_of([*data, *unseen], windows)
         values = scene.to_dict()
         require_motion(data, scene.joints, [drive_of(values, link) for link in joint_links(values)])
+        require_delay(delay, data)
         problem = Problem(scene, data, numbers, offsets, delay)
         known = sum(int(np.isfinite(recording.q).sum()) for recording in data)
         if known <= problem.size:

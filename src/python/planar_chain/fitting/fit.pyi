@@ -41,7 +41,7 @@ class Fit:
     until: List[float]
     states: List[_Array]
     offsets: List[_Array]
-    delays: List[float]
+    delays: List[Optional[float]]
     not_told: List[str]
     warnings: List[str]
     predictions: List[Prediction]

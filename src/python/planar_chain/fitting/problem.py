@@ -13,6 +13,7 @@ from .recordings import BadFit, moved_load, moved_scene
 TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
 OF_THE_RUNS = 100  # residuals below so many tolerances of the runs are errors of integration
 DIFFERENCE, DELAY_DIFFERENCE = 1e-5, 1e-4  # of an unknown for its column, relative; of a delay, s
+DELAY_SCALE = 0.1  # s, of a delay: an early window in which no torque changes does not tell it
 HIDDEN = 0.3  # of the motion: with 3.5 samples a period so much of it is not seen, and many numbers are the best of their neighbours
 FEW = 8  # runs of a batch that take less time than to start threads
 CLOSE = 8e-3  # s: between such times angles are interpolated, where a step would have to end at each time
@@ -44,6 +45,14 @@ class Problem:
         rest = np.zeros(self.per_recording - 2 * len(self.free))
         own = [np.concatenate([state[self.columns], rest]) for state in states]
         return np.concatenate([[number.first / number.scale for number in self.numbers], *own])
+
+    def priors(self):
+        """What is expected before the data come: places in x, values and sizes of the deviations from them. Of the numbers, which come
+        first, and of the delays."""
+        delays = [self.own(r).stop - 1 for r in range(len(self.recordings))] if self.has_delay else []
+        numbers = [number.first / number.scale for number in self.numbers]
+        return (np.array([*range(len(numbers)), *delays], dtype=int), np.array(numbers + [0.0] * len(delays)),
+                np.array([1.0] * len(numbers) + [DELAY_SCALE] * len(delays)))
 
     @property
     def columns(self):
@@ -84,8 +93,9 @@ class Problem:
     def scene_of(self, r, delay):
         """The scene of recording r, with what acted on it. Recordings of free motion share theirs."""
         recording = self.recordings[r]
+        delay = delay if recording.shows_delay() else 0.0
         has_time = recording.loads or (recording.start and has_laws(self.values))
-        key = (r if has_time else None, delay if recording.loads else 0.0)
+        key = (r if has_time else None, delay)
         if key not in self._scenes:
             if len(self._scenes) > 4 * len(self.recordings) + 16:
                 self._scenes.clear()

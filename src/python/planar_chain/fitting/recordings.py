@@ -43,6 +43,9 @@ def array_of(name, what, values):
             raise TypeError("a masked array (filled(numpy.nan) makes gaps)" if masked else "complex ones")
         if array.dtype.kind in "mM":  # numpy would drop their unit
             raise TypeError(f"one of {array.dtype}")
+        for one in array.ravel().tolist() if array.dtype.kind in "SUbO" else ():  # and read texts
+            if isinstance(one, (str, bytes, bool, np.bool_)):
+                raise TypeError(repr(one))
         return array.astype(float)
     except (OverflowError, TypeError, ValueError) as problem:
         raise BadFit(f"{name}: expected an array of numbers as {what}, got {problem}") from None
@@ -71,6 +74,10 @@ class Recording:
     @property
     def duration(self):
         return self.t[-1]
+
+    def shows_delay(self):
+        """Whether what acts changes while it is recorded. A motion without such a change does not tell a delay."""
+        return any(changes_within(load, self.duration) for load in self.loads.values())
 
     def pieces(self, seconds):
         """Equal ones, about so long."""
@@ -107,6 +114,16 @@ class Recording:
                          None if self.qd is None else self.qd[first:last], loads, self.start + shift)
         part.cut = self.cut if last == len(self) else ""
         return part
+
+
+def changes_within(load, end):
+    """Whether a load changes at a time between 0 and `end`, s."""
+    if any(0 < float(load[key]) < end for key in ("start", "stop") if key in load):
+        return True
+    if "times" not in load:
+        return "frequency" in load
+    inside = [t for t in load["times"] if 0 < t < end]
+    return bool(np.ptp(np.interp([0.0, *inside, end], load["times"], load["values"])))
 
 
 def noise_of_samples(values):

@@ -21,8 +21,8 @@ CALIBRATIONS = 6
 NARROW, STEEPEST = 3e-8, 1e5  # width of the differences of a Jacobian, relative; rad: samples from a steeper one on tell nothing
 LOST, LOST_SAMPLES = 0.5, 20  # rad or m: a motion is lost where most errors of a twentieth of a window are larger
 SAME_NOISE = 0.02  # relative change of s_j at which it stays
-PRIOR, LAST_PRIOR = 1.0, 10.0  # deviation of a number from its first value, in scales, as it is taken to be before the data come:
-# in an early window; in the last. What the data cannot tell thus stays near its first value
+PRIOR, LAST_PRIOR = 1.0, 10.0  # deviation of a number from its first value, in scales, or of a delay from 0, in DELAY_SCALE, as it is
+# taken to be before the data come: in an early window; in the last. What the data cannot tell thus stays near its first value
 FARTHEST = 1000.0  # scales: a step that takes a number farther from its first value is refused, as if the run had failed
 
 
@@ -203,13 +203,12 @@ class Solver:
         residuals = problem.residuals(solution.x, samples)
         noise = solution.noise = noise_of(residuals, joints, len(problem.joints))
         weights = 1 / noise[joints]
-        many = len(problem.numbers)
-        first = np.array([number.first / number.scale for number in problem.numbers])
+        many, (places, first, sizes) = len(problem.numbers), problem.priors()
         best, bases = [np.inf], []
 
         def error(x):
             self.calls += 1
-            is_far = (abs(x[:many] - first) > FARTHEST).any()
+            is_far = (abs(x[:many] - first[:many]) > FARTHEST).any()
             plain = np.full(len(joints), np.nan) if is_far else problem.residuals(x, samples)
             values = np.clip(np.nan_to_num(plain, nan=FAILED), -FAILED, FAILED) * weights
             z = (values / LOSS) ** 2
@@ -220,11 +219,13 @@ class Solver:
             bases.append(best[0])
             if len(bases) > STALLED and bases[-1 - STALLED] - best[0] < GAIN * best[0]:
                 raise Stalled
-            return np.concatenate([values, (x[:many] - first) / prior])
+            return np.concatenate([values, (x[places] - first) / (sizes * prior)])
 
         def slopes(x):
             jacobian = problem.jacobian(x, samples, width) * weights[:, None]
-            return np.vstack([jacobian, np.eye(many, problem.size) / prior])
+            expected = np.zeros((len(places), problem.size))
+            expected[range(len(places)), places] = 1 / (sizes * prior)
+            return np.vstack([jacobian, expected])
 
         low, high = problem.bounds()
         x = np.clip(solution.x, low, high)
