@@ -16,7 +16,7 @@ except ImportError:
     sys.exit(77)
 
 import planar_chain
-from in_folder import InFolder
+from in_folder import URDF, InFolder
 from planar_chain import Scene, Simulation
 
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes")
@@ -102,8 +102,9 @@ class Environments(unittest.TestCase):
                            (np.ma.masked_array(0.5, True), "nan")):
             with self.assertRaisesRegex(ValueError, rf"^action\[1\], of lower_joint: expected a number from -1 to 1, got {got}$"):
                 env.step(np.ma.stack([0.0, wrong]))
-        with self.assertRaisesRegex(ValueError, "^action: expected 2 numbers from -1 to 1, got"):
-            env.step([0.5])
+        for wrong in ([0.5], [True, False], [0.5, True], ["0.5", "1"], [0.5, 1j], [0.5, None], [[0.5], [1]], np.ones(2, dtype=bool)):
+            with self.assertRaisesRegex(ValueError, "^action: expected 2 numbers from -1 to 1, got"):
+                env.step(wrong)
         self.assertEqual(env.step([0, 1])[4]["q"].shape, (2,))  # nothing was counted
 
     def test_an_unknown_motor_is_refused(self):
@@ -113,6 +114,19 @@ class Environments(unittest.TestCase):
         for more in ({"period": "1"}, {"period": 1j}, {"longest": None}, {"longest": np.nan}):
             with self.assertRaisesRegex(ValueError, "expected period > 0 s and longest >= 1 step"):
                 Spin({"rod_joint": 1.0}, **more)
+
+    def test_a_motor_gives_at_most_its_effort_limit(self):
+        weak = {**PENDULUM, "links": {"rod": {**ROD, "joint": {"effort_limit": 2}}}}
+        for scene in (weak, {"robot_description": URDF.replace("<axis", '<limit effort="2" velocity="9"/><axis')}):
+            joint = Scene(scene).joints[0]
+            with self.assertRaisesRegex(ValueError, f"^motors: expected at most the effort_limit of {joint}, 2 N m, got 5$"):
+                Spin({joint: 5}, scene)
+            self.assertEqual(Scene(scene).effort_limits.tolist(), [2])
+            env = Spin({joint: 2}, scene)
+            env.reset()
+            self.assertNotEqual(env.step([1])[1], 0)
+        with self.assertRaisesRegex(ValueError, "^motors: expected at most the effort_limit of cart_joint, 20 N, got 25$"):
+            Spin({"cart_joint": 25}, Scene.from_file(os.path.join(SCENES, "cart_pole.yaml")))
 
     def test_a_first_state_is_two_arrays(self):
         env = Rest()

@@ -1,3 +1,4 @@
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -244,6 +245,17 @@ py::array_t<double> pinsOf(const TreeAndScene& self) {
   return pins;
 }
 
+/// Infinite where there is none.
+py::array_t<double> effortLimitsOf(const TreeAndScene& self) {
+  py::array_t<double> limits(self.scene.chain.size());
+  double* limit = limits.mutable_data();
+  for (const Joint& joint : self.scene.chain.joints()) {
+    constexpr double none = std::numeric_limits<double>::infinity();
+    *limit++ = joint.has("effort_limit") ? joint.other("effort_limit") : none;
+  }
+  return limits;
+}
+
 /// The first names, and how many there are if that is not all.
 template <class Things>
 std::string listed(const Things& things) {
@@ -307,6 +319,8 @@ Raises OSError if the file cannot be read.)")
           "The number of joints, from the first on, that slide: their q is in m.")
       .def_property_readonly("pins", &pinsOf,
                              "Outer pins in the link frames, n × 2, m. The last one is the tip.")
+      .def_property_readonly("effort_limits", &effortLimitsOf,
+                             "Largest commanded torques of the n joints, N m (slides: N); inf: no limit.")
       .def_property_readonly("state", &stateOf,
                              "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).")
       .def("__repr__", &summaryOf);

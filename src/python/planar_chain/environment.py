@@ -52,10 +52,10 @@ class Box(_Box):
 
 
 class Environment(Env):
-    """motors: joints by name, with the largest torque of each, N m. An action is one number from -1 to 1 for each
-    motor: its share of that torque, held for `period` (s). One beyond is refused; Gymnasium's wrapper ClipAction
-    clips it. An observation is the positions of slides (m), the sines and cosines of the relative angles, and the rates
-    (m/s, rad/s). render_mode "rgb_array": render() returns a picture of the chain.
+    """motors: joints by name, with the largest torque of each, N m, at most its `effort_limit`. An action is one number
+    from -1 to 1 for each motor: its share of that torque, held for `period` (s). One beyond is refused; Gymnasium's
+    wrapper ClipAction clips it. An observation is the positions of slides (m), the sines and cosines of the relative
+    angles, and the rates (m/s, rad/s). render_mode "rgb_array": render() returns a picture of the chain.
 
     Derive from it: `reward(q, qd, action)` is due after each step; `is_over(q, qd)` ends an episode;
     `first_state(random)` begins one, by default in the first state of the scene."""
@@ -79,6 +79,10 @@ class Environment(Env):
                 and all(is_number(most) and 0 < most < np.inf for most in motors.values())):
             raise ValueError(f"motors: expected joints of {self.scene.joints} with torques > 0 N m, such as "
                              f"{{{self.scene.joints[-1]!r}: 5.0}}, got {motors!r}")
+        for k, (joint, most) in enumerate(zip(self.scene.joints, self.scene.effort_limits)):
+            if motors.get(joint, 0) > most:
+                raise ValueError(f"motors: expected at most the effort_limit of {joint}, {most:g} {'N' if k < self.scene.slides else 'N m'}, "
+                                 f"got {motors[joint]!r}")
         if not (is_number(period) and 0 < period < np.inf and is_number(longest) and longest >= 1):
             raise ValueError(f"expected period > 0 s and longest >= 1 step, got {period!r} and {longest!r}")
         if render_mode not in (None, *self.metadata["render_modes"]):
@@ -134,9 +138,10 @@ class Environment(Env):
         """Returns observation, reward, terminated, truncated, info."""
         if self._steps is None:
             raise ValueError("step: expected a reset() before the first one, got none")
-        action = np.atleast_1d(np.ma.filled(np.asanyarray(action, dtype=float), np.nan))
-        if action.shape != self.action_space.shape:
+        given = np.atleast_1d(np.ma.filled(np.asanyarray(action, dtype=object), np.nan))
+        if given.shape != self.action_space.shape or not all(map(is_number, given)):
             raise ValueError(f"action: expected {self.action_space.shape[0]} numbers from -1 to 1, got {action}")
+        action = given.astype(float)
         for k in np.flatnonzero(~(abs(action) <= 1))[:1]:
             raise ValueError(f"action[{k}], of {self.scene.joints[self._places[k]]}: expected a number from -1 to 1, got {float(action[k])}")
         self._hold(action * self._most)
