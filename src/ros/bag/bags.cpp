@@ -187,7 +187,8 @@ class OfflineNode : public Bags {
       recorded_ = readCommands(*given.commands, node, scene.publish.rate, given.endsAsRecorded);
       const std::string other = differenceOfScenes(recorded_.scene, scene.text);
       if (!other.empty()) {
-        std::fprintf(stderr, "simulate: %s was recorded with another scene, so the motion differs: %s\n",
+        std::fprintf(stderr,
+                     "simulate: %s was recorded with another scene, so its motion is not compared: %s\n",
                      given.commands->c_str(), other.c_str());
         recorded_.states.clear();
       }
@@ -212,7 +213,10 @@ class OfflineNode : public Bags {
       if (!goWhereItCame(command, keepGoing)) return false;
       if (const std::string refusal = commands_.take(command); !refusal.empty()) {
         commands_.refuse(refusal);
-        if (refused_++ == 0) firstRefusal_ = refusal;
+        if (refused_++ == 0) {
+          firstRefused_ = command.number;
+          firstRefusal_ = refusal;
+        }
       } else if (writer_) {
         writer_->command(command);
       }
@@ -243,7 +247,7 @@ class OfflineNode : public Bags {
     if (refused_ > 0) text << ", " << refused_ << " refused";
     const std::size_t late = recorded_.commands.size() - next_;
     if (late > 0) text << ", " << late << " after the end";
-    if (refused_ > 0) text << "; the first refusal: " << firstRefusal_;
+    if (refused_ > 0) text << "; the first refusal, of command " << firstRefused_ << ": " << firstRefusal_;
     text << '\n' << left_;
     return text.str();
   }
@@ -267,12 +271,16 @@ class OfflineNode : public Bags {
     std::ostringstream text;
     text << "  from tick " << k << " (" << toText(ticks_.timeOf(k))
          << " s) on, the motion is not the recorded one: ";
-    // Between recorded commands none is missing: their numbers have no gap.
-    if (next_ == recorded_.commands.size()) {
-      text << "a command after number " << next_ << ", the last in the bag, is missing, or ";
+    if (refused_ > 0) {
+      text << "command " << firstRefused_ << " was refused\n";
+    } else {
+      // Between recorded commands none is missing: their numbers have no gap.
+      if (next_ == recorded_.commands.size()) {
+        text << "a command after number " << next_ << ", the last in the bag, is missing, or ";
+      }
+      text << "the node had another " << (recorded_.scene.empty() ? "scene, " : "")
+           << "version or kind of processor\n";
     }
-    text << "the node had another " << (recorded_.scene.empty() ? "scene, " : "")
-         << "version or kind of processor\n";
     left_ = text.str();
   }
 
@@ -282,8 +290,9 @@ class OfflineNode : public Bags {
   RecordedCommands recorded_;
   std::size_t next_ = 0;  ///< index of the next command to take
   std::size_t refused_ = 0;
-  std::string firstRefusal_;
-  std::string left_;  ///< where the motion left the recorded one; empty: nowhere
+  std::uint64_t firstRefused_ = 0;  ///< the number of the first refused command
+  std::string firstRefusal_;        ///< its reason
+  std::string left_;                ///< where the motion left the recorded one; empty: nowhere
   std::optional<BagWriter> writer_;
 };
 

@@ -314,7 +314,7 @@ std::string difference(const Value* a, const Value* b, const std::string& path) 
 std::string differenceOfScenes(const std::string& recorded, const std::string& present) {
   if (recorded.empty()) return "";
   Value before = parseYaml(recorded), now = parseYaml(present);
-  for (const char* key : {"publish", "real_time_factor"}) {
+  for (const char* key : {"publish", "real_time_factor", "seed", "sensors"}) {
     if (before.map()) before.map()->erase(key);
     if (now.map()) now.map()->erase(key);
   }

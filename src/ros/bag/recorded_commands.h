@@ -34,8 +34,8 @@ std::size_t digestOf(const std::vector<double>& q, const std::vector<double>& qd
 RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
                               bool needsEnd);
 
-/// Where two scenes differ first, with both values, apart from what is published; empty if nowhere. Both are
-/// texts. A text that spells a number equals the number.
+/// Where two scenes differ first, with both values, apart from what is published or measured; empty if
+/// nowhere. Both are texts. A text that spells a number equals the number.
 std::string differenceOfScenes(const std::string& recorded, const std::string& present);
 
 }  // namespace planar_chain
