@@ -243,7 +243,7 @@ PLANAR_CHAIN_IN_ONE_PIECE void runCoupledSegments(const CoupledArrays& arrays, c
   const CoupledSegment segment = coupledInwards<hasForces>(arrays, outside, omega);
   Triple<Pack> X{Pack(outside.ground.x), Pack(outside.ground.y), Pack(turning)}, Y{};
   const Shows<Pack> all = LinearPairs<Pack, 1>::factor(segment.shows, arrays.pairs);
-  const auto meetEnds = [&](const ShowsOfSide<Pack>& sides) {
+  [[maybe_unused]] const auto meetEnds = [&](const ShowsOfSide<Pack>& sides) {
     Vec2d a, tipForce;
     meet(shownBy(all, sides), *to.ends, a, tipForce);
     X.x = Pack(a.x);

@@ -126,7 +126,7 @@ class Links {
     }
 
     // α_k, outwards, and what it does.
-    const Vec2<Real> held = holdsTip ? inverseG_ * a : Vec2<Real>{};
+    [[maybe_unused]] const Vec2<Real> held = holdsTip ? inverseG_ * a : Vec2<Real>{};
     Vec2<Real> da;
     for (int j = 0; j < n_; ++j) {
       BodyInSeries<Real>& body = bodies_[j];
