@@ -144,6 +144,10 @@ const Vector& Course::errorAt(double t) const {
 }
 
 void Course::land(double t, State& state) const {
+  if (t == end_.state.t) {
+    state = end_.state;
+    return;
+  }
   // The works by the shorter way, from the start or from the end.
   const bool isNearEnd = t > middle();
   state = isNearEnd ? end_.state : start_.state;
