@@ -11,6 +11,7 @@
 
 #include "effects/effect_kind.h"
 #include "effects/stick_slip.h"
+#include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "reference_data.h"
 
@@ -64,6 +65,49 @@ INSTANTIATE_TEST_SUITE_P(Machines, Sticking,
                          testing::Values("circles", "circles_with_breakaway", "left_over_rates", "locked",
                                          "within_a_step"),
                          [](const auto& one) { return std::string(one.param); });
+
+/// The wheel turns back for less than a millisecond, far within a step of a series of high order.
+TEST(TurningWheel, PassesItsRestByEveryMethod) {
+  constexpr double angle = 2.277994142, rate = 11.234587586;  // test/reference/sticking/turning_wheel.py
+  for (const char* method : {"auto", "taylor", "dop853", "dopri5", "rodas5p", "radau13"}) {
+    for (const double tolerance : {1e-8, 1e-10}) {
+      for (const int rows : {3, 30}) {
+        SCOPED_TRACE(std::string(method) + ", " + std::to_string(rows) + " rows");
+        Scene scene = test::referenceScene("sticking/turning_wheel.yaml");
+        scene.integrator.method = method;
+        scene.integrator.tolerance = tolerance;
+        Simulation simulation(scene);
+        for (int k = 1; k <= rows; ++k) EXPECT_TRUE(simulation.advanceTo(0.3 * k / rows));
+        EXPECT_NEAR(simulation.q()[0], angle, 1e-8);
+        EXPECT_NEAR(simulation.qd()[0], rate, 1e-6);
+      }
+    }
+  }
+}
+
+/// A cart comes to rest at the last bit of a step: at 0.1 + 0.1 + 0.1, where a row is at 0.3. What moves
+/// beside it moves on as before.
+TEST(Switch, AtTheEndOfAStepOfOneBitChangesNothingElse) {
+  for (const char* method : {"auto", "dopri5", "radau13", "rodas5p", "rk4"}) {
+    for (const double tolerance : {1e-4, 1e-8, 1e-12}) {
+      SCOPED_TRACE(std::string(method) + " to " + std::to_string(tolerance));
+      Scene scene = readSceneText(
+          "chain: [cart, y, wheel]\ngravity: [0, 0]\nlinks:\n"
+          "  cart: {mass: 0, joint: {type: prismatic, friction: 5}}\n"
+          "  y: {mass: 0.5, joint: {type: prismatic, axis: [0, 1]}, initial: {velocity: 1}}\n"
+          "  wheel: {mass: 0.5, inertia: 0.02, com: [0, 0], pin: [0.5, 0], initial: {velocity: 2}}\n");
+      scene.integrator.method = method;
+      scene.integrator.tolerance = tolerance;
+      scene.integrator.step = 1e-3;
+      Simulation simulation(scene, 2);
+      simulation.addTorque(0, 15, 0.1, 0.1);
+      simulation.addTorque(0, -5, 0.1, 0.2);
+      for (int k = 1; k <= 10; ++k) EXPECT_TRUE(simulation.advanceTo(k / 10.0)) << simulation.fault();
+      const double exact[] = {0.1, 1, 2};
+      for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(simulation.q()[i], exact[i], 1e-11);
+    }
+  }
+}
 
 }  // namespace
 }  // namespace planar_chain

@@ -21,9 +21,9 @@ void compare(const AtState& at, const test::WideMatrix& slopes, Scalar s, Random
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   const Eigen::Index n = slopes.cols() / 2;
   Vector rhs(2 * n), x(2 * n);
-  for (Scalar& number : rhs) {
-    number = random.between(-1, 1);
-    if constexpr (!std::is_same_v<Scalar, double>) number.imag(random.between(-1, 1));
+  for (Eigen::Index i = 0; i < rhs.size(); ++i) {
+    rhs[i] = random.between(-1, 1);
+    if constexpr (!std::is_same_v<Scalar, double>) rhs[i].imag(random.between(-1, 1));
   }
   CoupledBodies bodies(at.chain);
   bodies.take(at.state);

@@ -175,26 +175,32 @@ class SwitchInstant {
   int n_;
   Mechanics* mechanics_ = nullptr;
 
-  /// What is known of the last few states; the oldest is replaced first. A cache alone: results depend on t
-  /// and y, whatever was asked before.
+  /// What is known of some states. The one that was asked for longest ago is replaced first, so references to
+  /// the last few stay valid. A cache alone: results depend on t and y, whatever was asked before.
   struct Seen {
+    long long asked = 0;
     double t;
     Numbers y, moments, dues;
     bool hasMoments, hasDues;
   };
   Seen& seen(double t, const double* y) const {
+    Seen* oldest = &seen_.front();
     for (Seen& seen : seen_) {
-      if (seen.t == t && std::memcmp(seen.y.data(), y, sizeof(double) * index(2 * n_)) == 0) return seen;
+      if (seen.t == t && std::memcmp(seen.y.data(), y, sizeof(double) * index(2 * n_)) == 0) {
+        seen.asked = ++asked_;
+        return seen;
+      }
+      if (seen.asked < oldest->asked) oldest = &seen;
     }
-    Seen& seen = seen_[oldest_];
-    oldest_ = (oldest_ + 1) % seen_.size();
+    Seen& seen = *oldest;
+    seen.asked = ++asked_;
     seen.t = t;
     std::copy_n(y, 2 * n_, seen.y.data());
     seen.hasMoments = seen.hasDues = false;
     return seen;
   }
   mutable std::array<Seen, 8> seen_;
-  mutable std::size_t oldest_ = 0;
+  mutable long long asked_ = 0;
   mutable std::vector<int> due_;           ///< scratch of crossing()
   mutable std::array<Numbers, 3> slopes_;  ///< scratch of slidesPassing()
 };
