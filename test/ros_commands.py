@@ -48,6 +48,7 @@ class Commands(Watching):
                 torques.publish(joint='rod_1_joint', torque=k * 1e-9)
             self.statuses.wait_for_count(moving + 5)
             self.assertEqual((answers, len(taken.messages)), ([], 1))
+            self.assertIn('a long tick is running', service('resume', Trigger)().message)
             caller.join()
             taken.wait_for_count(1 + many)
         taken.close()

@@ -42,6 +42,7 @@ class Arguments(InFolder):
                              (('real_time_factor:=-1',), 'real_time_factor: expected a number from 0 to 1000, got -1'),
                              (('real_time_factor:=1001',), 'real_time_factor: expected a number from 0 to 1000, got 1001'),
                              (('record:=/none/run',), 'record: expected a path in a folder that can be written, got /none/run'),
+                             (('record:=run:=x',), 'record: expected a value without :=, with which roslaunch ignores it, got run:=x'),
                              (('--scene', 'rope'), 'Expected scene:=VALUE, got --scene'),
                              (('scene:=rop',), 'No scene is called rop. There are: acrobot '),
                              (('scene_file:=' + ROPE, 'scene:=rope'), 'Expected scene:= or scene_file:=, got both'),

@@ -139,15 +139,17 @@ TEST(Advice, NamesWhatHelps) {
       std::string::npos);
 }
 
-/// However fast messages come, so many take so much time; slow ones are not delayed.
+/// However fast messages come, so many take so much time.
 TEST(Rests, LeaveTheRecorderItsTime) {
   Rests rests(40, 0.02);
   const auto begin = std::chrono::steady_clock::now();
-  for (int k = 0; k < 200; ++k) rests.after();
+  for (int k = 0; k < 201; ++k) rests.waitForOne();
   EXPECT_GE(std::chrono::steady_clock::now() - begin, 5 * std::chrono::milliseconds(20));
 
-  Rests seldom(2, 1000);
-  seldom.after();
+  Rests few(2, 1000);
+  EXPECT_TRUE(few.allowOne());
+  EXPECT_TRUE(few.allowOne());
+  EXPECT_FALSE(few.allowOne());
 }
 
 }  // namespace

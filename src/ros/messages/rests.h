@@ -12,15 +12,18 @@ class Rests {
   /// seconds: of wall time.
   Rests(int atOnce, double seconds) : atOnce_(atOnce), time_(seconds) {}
 
-  /// Call it after each message. Sleeps if they come too fast.
-  void after() {
+  /// True if one more message may be published now; it counts then.
+  bool allowOne() {
     const auto now = Clock::now();
     if (now >= until_) {
       until_ = now + std::chrono::duration_cast<Clock::duration>(time_);
       count_ = 0;
     }
-    if (++count_ < atOnce_) return;
-    std::this_thread::sleep_until(until_);
+    return count_ < atOnce_ && ++count_ > 0;
+  }
+  /// Sleeps until it is, and counts one.
+  void waitForOne() {
+    while (!allowOne()) std::this_thread::sleep_until(until_);
   }
 
  private:

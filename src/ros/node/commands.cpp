@@ -53,13 +53,12 @@ void Commands::listen(ros::NodeHandle node) {
     const boost::function<void(const In&)> onMessage = [this, topic, take](const In& in) {
       if (!in.message) return refuse(toString(Fault{topic, in.expected, in.found}));
       if (!isCollecting_) return take(*in.message);
-      waitingBytes_ += bytesOfACommand + in.length;
-      if (waitingBytes_ <= mostWaitingBytes) {
-        waiting_.push_back([take, message = *in.message] { take(message); });
-      } else {
-        waitingBytes_ -= bytesOfACommand + in.length;
-        refuse(toString(Fault{topic, "messages of at most 64 MiB during a tick or ~step", "more"}));
+      const std::size_t bytes = bytesOfACommand + in.length;
+      if (waitingBytes_ + bytes > mostWaitingBytes) {
+        return refuse(toString(Fault{topic, "at most 64 MiB of messages that wait", "more"}));
       }
+      waitingBytes_ += bytes;
+      waiting_.push_back({bytes, [take, message = *in.message] { take(message); }});
     };
     subscribers_.push_back(node.subscribe<In, const In&>(topic, queueSize, onMessage, {}, hints));
   };
@@ -75,9 +74,21 @@ void Commands::listen(ros::NodeHandle node) {
 }
 
 void Commands::serve() {
-  for (; !waiting_.empty(); waiting_.pop_front()) waiting_.front()();
-  waitingBytes_ = 0;
+  while (wait()) takeNext();
   queue_.callAvailable();
+}
+
+void Commands::serveAtItsPace() {
+  if (!areRecorded()) return serve();
+  collect();
+  while (wait() && rests_.allowOne()) takeNext();
+}
+
+void Commands::takeNext() {
+  const Waiting next = std::move(waiting_.front());
+  waiting_.pop_front();
+  waitingBytes_ -= next.bytes;
+  next.take();
 }
 
 void Commands::collect() {
@@ -166,7 +177,6 @@ std::string Commands::take(CommandTaken input) {
     input.tick = static_cast<std::uint64_t>(ticks_.next);
     input.scene_time = simulation_->time();
     log_.publish(input);
-    rests_.after();
   }
   return "";
 }

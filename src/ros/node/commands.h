@@ -62,6 +62,11 @@ class Commands {
   void listen(ros::NodeHandle node);
   /// Takes the messages that have arrived, in their order.
   void serve();
+  /// The same between two ticks. If commands are recorded, takes no more of them than rosbag can: others
+  /// wait.
+  void serveAtItsPace();
+  /// True if messages wait, outside ticks too.
+  bool wait() const { return !waiting_.empty(); }
   /// During a long tick: messages that have arrived wait for serve(). roscpp would drop the oldest without a
   /// word; here those that do not fit into 64 MiB are refused.
   void collect();
@@ -93,6 +98,7 @@ class Commands {
   void describe(SimStatus& status) const;
 
  private:
+  void takeNext();
   std::vector<Fault> apply(const CommandTaken& input);
   std::vector<Fault> applyTorque(const CommandTaken& input);
   std::vector<Fault> applyForce(const CommandTaken& input);
@@ -120,9 +126,13 @@ class Commands {
   std::string lastRejection_;
   ros::CallbackQueue queue_;  ///< outlives the subscribers
   ros::Publisher log_;
-  Rests rests_{40, 2e-2};  ///< of the log
+  Rests rests_{40, 5e-3};  ///< of the log
+  struct Waiting {
+    std::size_t bytes;
+    std::function<void()> take;
+  };
   bool isCollecting_ = false;
-  std::deque<std::function<void()>> waiting_;
+  std::deque<Waiting> waiting_;
   std::size_t waitingBytes_ = 0;
   std::vector<ros::Subscriber> subscribers_;
 };

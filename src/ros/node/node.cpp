@@ -31,6 +31,7 @@ constexpr double largestLag = 0.5;             // s, without a warning on /diagn
 constexpr double advicePeriod = 30;            // s
 constexpr double diagnosticsPeriod = 1;        // s
 constexpr double longestWait = 0.1;            // s, to notice a shutdown or a halted clock
+constexpr double shortWait = 5e-3;             // s, while commands wait for the recorder
 constexpr double longestWaitForRecorder = 15;  // s
 constexpr double servePeriod = 0.1;            // s, during long ticks
 constexpr int recordedAtOnce = 40;             // ticks, while a recorder listens,
@@ -38,8 +39,7 @@ constexpr double recordedRate = 2000;          // Hz of wall time, or twice the 
 
 constexpr char severalClocksFault[] =
     "/clock has several publishers. Time jumps between them. Stop all but one (rostopic info /clock lists "
-    "them; "
-    "rosnode cleanup removes dead ones)";
+    "them; rosnode cleanup removes dead ones)";
 
 /// True if /use_sim_time is true and more than one node publishes /clock.
 bool hasSeveralClocks() {
@@ -203,14 +203,14 @@ void Node::run(bool (*keepGoing)()) {
     isClockRunning_ = !isHalted;
     const double wait = isHalted ? longestWait : runDueTicks();
     if (paused_) showSetState();
-    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
-    commands_.serve();
+    const double longest = commands_.wait() ? shortWait : longestWait;
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longest)));
+    commands_.serveAtItsPace();
   }
 }
 
 /// Runs some of the ticks that are due. Returns the wall time until the next, s.
 double Node::runDueTicks() {
-  // Find the last tick that is due.
   began_ = served_ = steadyTime();
   if (began_ < resting_) return resting_ - began_;
   const long long due = clock_->due(ticks_.next);
@@ -222,10 +222,10 @@ double Node::runDueTicks() {
   const long long burst = pause > 0 ? std::max(fewTicks, late / catchUpShare) : late + 1;
   const long long last = std::min(due, ticks_.next + burst - 1);
   while (ticks_.next <= last && steadyTime() - began_ <= catchUpTime) {
+    restForRecorder();
     const double start = steadyTime();
     if (!tick()) return 0;
     keepPace(steadyTime() - start);
-    restForRecorder();
   }
   if (ticks_.next > due) return clock_->untilDue(ticks_.next);
   ++overruns_;
@@ -240,8 +240,9 @@ void Node::keepPace(double work) {
   if (period <= 0) return;  // no clock to keep pace with, or of an unknown speed
   const double delay = -clock_->untilDue(ticks_.next);
   const auto steps = static_cast<double>(simulation_->statistics().steps);
-  load_ += meanShare * (work / period - load_);
-  stepsOfTick_ += meanShare * (steps - std::exchange(stepsBefore_, steps) - stepsOfTick_);
+  const double share = load_ > 0 ? meanShare : 1;
+  load_ += share * (work / period - load_);
+  stepsOfTick_ += share * (steps - std::exchange(stepsBefore_, steps) - stepsOfTick_);
   const double before = simulation_->tolerance();
   const double next = pace_ ? pace_->after(work / period, delay, period) : before;
   if (next != before) {

@@ -75,9 +75,9 @@ class Node {
   void showSetState();
   bool tick();
   bool serveDuringTicks();
-  /// Call it after a tick.
+  /// Call it before a tick.
   void restForRecorder() {
-    if (commands_.areRecorded()) rests_.after();
+    if (commands_.areRecorded()) rests_.waitForOne();
   }
   void sampleTimes();
   void setPaused(bool paused);

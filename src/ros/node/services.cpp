@@ -68,6 +68,7 @@ Answer Node::resume() {
   if (!simulation_->fault().empty())
     return {false, simulation_->fault() + "; call ~reset, ~settle or ~set_state"};
   if (!paused_) return {true, "already running"};
+  if (inTick_ && !isClockRunning_) return {false, longTick};  // within a step
   setPaused(false);
   return {true, "running"};
 }
@@ -143,11 +144,11 @@ Answer Node::step(const StepRequest& request, StepResponse& response) {
       take(input, ran ? "done; the simulation was paused, ~resume continues it" : "done; it is paused");
   response.states.reserve(request.n);
   for (std::uint32_t k = 0; done.success && k < request.n; ++k) {
+    restForRecorder();
     if (!tick()) {
       if (!keepGoing_()) return {false, "the node is ending"};
       return {false, simulation_->fault().empty() ? "~reset aborted the tick" : simulation_->fault()};
     }
-    restForRecorder();
     const ros::Time stamp = clock_->stampOf(ticks_.next - 1);
     response.states.push_back(messages_->jointStates(stamp));
     if (simulation_->scene().base) response.base_wrenches.push_back(messages_->baseWrench(stamp));
