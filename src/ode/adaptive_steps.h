@@ -25,6 +25,7 @@ class AdaptiveSteps : public Integrator {
   const char* name() const override { return facts().name; }
   Outcome advance(State& state, double end, double longestStep) override;
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
+  bool lookTo(State& state, double t) override { return stepper_->lookAgain(state, t); }
   int pieces() const override { return facts().pieces; }
   /// By Allowance. NaN if a component is not finite.
   double errorNorm(const Vector& y, double h, const Vector& error) const override;

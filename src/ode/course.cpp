@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "ode/integrator.h"
 #include "simd/vectors.h"
 
 namespace planar_chain::ode {
@@ -19,6 +20,7 @@ Course::Course(SeriesSystem& f)
       error_(at_),
       slope_(at_) {
   slope_.setZero();
+  within_ = State(f.arrangedSize());
   for (End* end : {&start_, &end_}) {
     end->state = State(f.arrangedSize());
     end->rates = rates_;
@@ -36,10 +38,12 @@ void Course::begin(const State& from) {
 
 void Course::forget() {
   start_.isKnown = end_.isKnown = false;
+  polynomial_ = nullptr;
   time_ = timeRestored_ = std::numeric_limits<double>::quiet_NaN();
 }
 
-void Course::take(const State& from, const State& to) {
+void Course::take(const State& from, const State& to, Integrator* polynomial) {
+  polynomial_ = polynomial;
   start_.isKnown = start_.isKnown && start_.state.t == from.t && start_.state.y == from.y;
   if (!start_.isKnown) start_.state = from;
   end_.state = to;
@@ -89,6 +93,10 @@ const Vector& Course::arrangedAt(double t) const {
   if (t == time_) return at_;
   if (t == to.t) {
     at_ = to.y;
+  } else if (polynomial_) {
+    within_ = from;
+    polynomial_->lookTo(within_, t);
+    at_ = within_.y;
   } else {
     findRates();
     const bool isBent = t != middle();
@@ -123,6 +131,14 @@ const Vector& Course::arrangedAt(double t) const {
 }
 
 const Eigen::VectorXd& Course::accelerationsAt(double t) const {
+  if (polynomial_) {
+    constexpr double share = 1e-4;  // of the step: beside it, the difference has an error of 1e-8
+    const double to = t + share * h_, from = t - share * h_;
+    slope_.head(n_) = arrangedAt(to).segment(n_, n_);
+    slope_.head(n_) = (slope_.head(n_) - arrangedAt(from).segment(n_, n_)) / (to - from);
+    f_.restore(slope_.data(), accelerations_.data());
+    return accelerations_;
+  }
   findRates();
   const double h = h_, s = (t - start_.state.t) / h, s2 = s * s, s3 = s2 * s;
   slope_.head(n_) = 60 / (h * h) * (s - s2) * (1 - 2 * s) * turn_ +
@@ -135,6 +151,10 @@ const Eigen::VectorXd& Course::accelerationsAt(double t) const {
 }
 
 const Vector& Course::errorAt(double t) const {
+  if (polynomial_) {
+    error_.setZero();
+    return error_;
+  }
   findRates();
   findBend();
   const double s = (t - start_.state.t) / h_, r = s - s * s;
@@ -146,6 +166,11 @@ const Vector& Course::errorAt(double t) const {
 void Course::land(double t, State& state) const {
   if (t == end_.state.t) {
     state = end_.state;
+    return;
+  }
+  if (polynomial_) {
+    state = start_.state;
+    polynomial_->stepTo(state, t);
     return;
   }
   // The works by the shorter way, from the start or from the end.

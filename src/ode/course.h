@@ -14,6 +14,8 @@
 
 namespace planar_chain::ode {
 
+class Integrator;
+
 /// Only the constructor allocates. f is evaluated when a result first needs it.
 class Course {
  public:
@@ -24,13 +26,14 @@ class Course {
 
   /// Evaluates f where the next step starts, unless the last one ended there.
   void begin(const State& from);
-  /// Takes the ends of a step.
-  void take(const State& from, const State& to);
+  /// Takes the ends of a step. polynomial: whose last step it is, if its states are known for nothing
+  /// (Integrator::pieces()), else nullptr.
+  void take(const State& from, const State& to, Integrator* polynomial = nullptr);
   /// Call it when f has jumped.
   void forget();
 
-  /// True if f is known at both ends.
-  bool isKnown() const { return start_.isKnown && end_.isKnown; }
+  /// True if errorAt() and land() cost little: f is known at both ends, or not needed.
+  bool isKnown() const { return polynomial_ || (start_.isKnown && end_.isKnown); }
 
   /// [θ ω] at t within the step, and the works at its start, not arranged. Valid until the next call. In the
   /// middle d g is left out.
@@ -61,6 +64,8 @@ class Course {
   mutable bool isTurnKnown_ = false;  ///< where it is rounding, too
   mutable End start_, end_;
   mutable bool isBent_ = false;  ///< bend_ is known
+  Integrator* polynomial_ = nullptr;
+  mutable State within_;  ///< of the polynomial
   mutable Eigen::VectorXd bend_, increment_, restored_, accelerations_;
   mutable double time_ = std::numeric_limits<double>::quiet_NaN();  ///< of at_
   mutable double timeRestored_ = time_;                             ///< of restored_

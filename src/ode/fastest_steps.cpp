@@ -75,6 +75,7 @@ class FastestSteps : public Integrator {
     }
   }
 
+  bool lookTo(State& state, double t) override { return lastTried_->lookTo(state, t); }
   bool stepTo(State& state, double t) override {
     const bool isFinite = lastTried_->stepTo(state, t);
     run_.cost += lastTried_->cost();

@@ -61,6 +61,7 @@ class FixedSteps : public Integrator {
   }
 
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
+  bool lookTo(State& state, double t) override { return stepper_->lookAgain(state, t); }
   /// Nothing is known of the method's error, which this hardly changes.
   double errorNorm(const Vector& y, double /*h*/, const Vector& error) const override {
     constexpr double unseen = 1e-12;  // beside the error of equal steps
@@ -121,7 +122,7 @@ class LandingOnSwitches : public StepsOf {
     f_.restore(before_.y.data(), from_.y.data());
     f_.endedAt(state);
     evaluate(state, ahead_.front());
-    if (course_.isPossible()) course_.take(before_, state);
+    if (course_.isPossible()) course_.take(before_, state, steps_->pieces() > 1 ? steps_.get() : nullptr);
     Outcome found = findOnTheWay();
     if (found == Outcome::underway) {
       usual_ *= farther;
@@ -225,7 +226,7 @@ class LandingOnSwitches : public StepsOf {
     for (int k = pieces - 1; k > 0; --k) {
       Place& place = ahead_[count++];
       const double t = from_.t + k * piece;
-      if (!isLong) {
+      if (course_.isPossible()) {
         lookWithin(t, place);
       } else if (!lookAt(t, place)) {
         return Outcome::notFinite;

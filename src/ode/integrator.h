@@ -100,6 +100,8 @@ class Integrator {
   /// Repeats the last advance() from its start with a shorter step, to time t and without error control.
   /// Returns false, and changes nothing, if the result is not finite. Allocates nothing.
   virtual bool stepTo(State& state, double t) = 0;
+  /// The same without integrals. Of a step that is a polynomial it costs nothing.
+  virtual bool lookTo(State& state, double t) = 0;
   /// MethodFacts::pieces of the method of the last advance().
   virtual int pieces() const { return 1; }
   /// Returns the largest ratio of a component of `error`, arranged, to the error that a step of h may add at
@@ -131,6 +133,7 @@ class StepsOf : public Integrator {
 
   const char* name() const override { return steps_->name(); }
   bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
+  bool lookTo(State& state, double t) override { return steps_->lookTo(state, t); }
   int pieces() const override { return steps_->pieces(); }
   double errorNorm(const Vector& y, double h, const Vector& error) const override {
     return steps_->errorNorm(y, h, error);

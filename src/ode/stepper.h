@@ -75,6 +75,8 @@ class Stepper {
     stepAgain(state.t, t - state.t, state.y);
     return take(state, t);
   }
+  /// The same, of a step that is a polynomial, and without integrals.
+  virtual bool lookAgain(State& state, double t) { return takeAgain(state, t); }
   /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}

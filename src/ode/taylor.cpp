@@ -88,10 +88,15 @@ void Taylor::findError(const Shares& weights) {
   arrangeSum(error_);
 }
 
+/// Of angles and rates.
+void Taylor::findTurn(double h) {
+  vectors_.polynomial(h, c_.data(), order_, sumFor(increment_).data(), f_.driving());
+  arrangeSum(increment_);
+}
+
 void Taylor::findIncrement(double t, double h, const Vector& y) {
   const auto driving = static_cast<Eigen::Index>(f_.driving());
-  vectors_.polynomial(h, c_.data(), order_, sumFor(increment_).data(), driving);
-  arrangeSum(increment_);
+  findTurn(h);
   if (integrandRates_.size() == 0 || !f_.hasIntegrands()) return;
   const double* start = inOrder(y, y_);
   for (Eigen::Index k = 0; k < rule_.rows(); ++k) {

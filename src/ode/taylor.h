@@ -54,6 +54,10 @@ class Taylor : public Stepper {
     cost_ = 0;
     findIncrement(t, h, y);
   }
+  bool lookAgain(State& state, double t) override {
+    findTurn(t - state.t);
+    return take(state, t);
+  }
   void accept() override { forget(); }
   void forget() override { isKnown_ = false; }
 
@@ -77,6 +81,7 @@ class Taylor : public Stepper {
   }
   Shares weightsAt(double h) const;
   void findError(const Shares& weights);
+  void findTurn(double h);
   void findIncrement(double t, double h, const Vector& y);
 
   SeriesSystem& f_;
