@@ -303,5 +303,21 @@ TEST(LongChains, WithFrictionBelowRoundingMoveAsWithout) {
   for (std::size_t i = 0; i < 40; ++i) EXPECT_NEAR(rubs.q()[i], free.q()[i], 1e-6) << "joint " << i;
 }
 
+TEST(Friction, TooWeakForTheToleranceIsNoted) {
+  const auto notesOf = [](const char* friction, const char* tolerance) {
+    const Scene scene =
+        readSceneText(std::string("chain: [a]\nlinks: {a: {mass: 1, inertia: 1, com: [0, 0], ") +
+                      "pin: [1, 0], repeat: 3, joint: {friction: " + friction +
+                      "}}}\nintegrator: {tolerance: " + tolerance + "}\n");
+    return scene.notes.empty() ? "" : toString(scene.notes[0]);
+  };
+  EXPECT_EQ(
+      notesOf("5e-11", "1e-8"),
+      "links/a_1/joint/friction: is left out: it changes rates by less than a tenth of the tolerance in a "
+      "second (and 2 more)");
+  EXPECT_EQ(notesOf("5e-11", "1e-11"), "");
+  EXPECT_EQ(notesOf("0", "1e-8"), "");
+}
+
 }  // namespace
 }  // namespace planar_chain

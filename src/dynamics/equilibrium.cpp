@@ -28,6 +28,8 @@ constexpr double farthest = 1e3;
 constexpr double longestTurn = 1;
 /// Of the weight's moments: some fifty roundings. Below rounding, no pose is balanced.
 constexpr double exact = 1e-14;
+/// The same where no step lowers the energy. Larger, a pose on a slope may pass for one.
+constexpr double balanced = 1e-7;
 /// rad, off a stationary point. The energy falls by its square, 1e-6 of the curvature: far above rounding.
 /// Much larger, the push leads over the next ridge.
 constexpr double push = 1e-3;
@@ -94,6 +96,7 @@ class Search {
       if (isBalanced || !descend(theta)) {
         // No step lowers the energy: rounding is all that is left, or the energy is flat.
         if (leaveSaddle(theta)) continue;
+        if (!isBalanced) requireBalance(theta, step);
         std::vector<double> found(index(n_));
         coordinates_.toRelative(theta.data(), found.data());
         for (const Drive& drive : scene_.drives) found[index(drive.joint)] = q[index(drive.joint)];
@@ -108,6 +111,14 @@ class Search {
   }
 
  private:
+  /// @throws SearchGaveUp on a slope
+  void requireBalance(const Eigen::VectorXd& theta, int step) {
+    find(theta);
+    const double left = moment_.cwiseAbs().maxCoeff();
+    if (left <= balanced * scale_) return;
+    throw SearchGaveUp("the search for an equilibrium gave up after " + std::to_string(step) +
+                       " steps, where " + toText(left) + " N m are not balanced: there may be one");
+  }
   /// The angle q of a joint; or, if all that acts is too weak to hold it more than a turn of a step away,
   /// where its springs and stops alone have least energy. The search would go there by a step for each rad.
   double nearer(int j, double q) const {
@@ -273,7 +284,6 @@ class Search {
     }
   }
   Vec2d railOf(int i) const { return plainRotation(baseAngle_) * scene_.chain.joints()[index(i)].axis; }
-
   /// V of weights, springs, stops and loads, J.
   double energyAt(const Eigen::VectorXd& theta) const {
     const BaseState base{{}, {}, baseAngle_, 0};

@@ -61,7 +61,10 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
     if (!mayStick(joint)) continue;
     mostYield_[i] = yields[index(i)] + (coordinates_.isDifference(i) ? yields[index(i - 1)] : 0);
     breakaway_[i] = std::max(joint.other("breakaway"), joint.other("friction"));
-    if (breakaway_[i] * mostYield_[i] < negligible * tolerance) continue;
+    if (breakaway_[i] * mostYield_[i] < negligible * tolerance) {
+      leftOut_.push_back(i);
+      continue;
+    }
     joints_.push_back(i);
     sliding_[i] = joint.other("friction");
     hasBreakaway_ = hasBreakaway_ || breakaway_[i] > sliding_[i];

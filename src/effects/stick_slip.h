@@ -56,6 +56,8 @@ class StickSlip {
 
   /// Those with friction; of them, those that stick, and those that are loose.
   const std::vector<int>& joints() const { return joints_; }
+  /// Joints whose friction is too weak for the tolerance.
+  const std::vector<int>& leftOut() const { return leftOut_; }
   const std::vector<int>& stuck() const { return stuck_; }
   const std::vector<int>& loose() const { return loose_; }
   bool slides(int joint) const { return direction_[joint] != 0; }
@@ -117,7 +119,7 @@ class StickSlip {
   int n_;
   double tolerance_;
   bool hasBreakaway_ = false;
-  std::vector<int> joints_, stuck_, before_, loose_;
+  std::vector<int> joints_, leftOut_, stuck_, before_, loose_;
   // Of each joint:
   Numbers sliding_, breakaway_;  ///< torques, N m
   Numbers mostYield_;            ///< Y

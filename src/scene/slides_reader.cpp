@@ -1,11 +1,6 @@
 #include "scene/slides_reader.h"
 
-#include <algorithm>
-#include <cstdio>
-#include <limits>
 #include <string>
-
-#include "ode/methods.h"
 
 namespace planar_chain {
 
@@ -42,38 +37,6 @@ void refuseBesideSlides(const Section& top, const Chain& chain, bool isFloating,
     top.fault("loads/" + load.name + "/moment", "no moment on a prismatic link, which does not turn",
               toText(load.moment));
   }
-}
-
-void noteRounding(Scene& scene) {
-  constexpr double rounding = 1e-16, inFixedSteps = 1e-8;
-  const std::vector<Link>& links = scene.chain.links();
-  const bool isFree = scene.chain.slides() == 2;
-  if (!isFree && !(scene.tip && scene.tip->rows() == 2)) return;
-  const double allowed =
-      ode::hasFixedStep(scene.integrator.method) ? inFixedSteps : scene.integrator.tolerance;
-
-  // Beyond a light link, one to which it is light: a heavy end that is held does not move the tip.
-  constexpr double none = std::numeric_limits<double>::infinity();
-  std::vector<double> lightestBehind(links.size() + 1, isFree ? 0 : none);
-  for (std::size_t j = links.size(); scene.tip && j-- > 0;) {
-    lightestBehind[j] = std::min(lightestBehind[j + 1], links[j].mass);
-  }
-  double worst = 0, lightest = none;
-  const Link* heavy = nullptr;
-  for (std::size_t j = index(scene.chain.slides()); j < links.size(); ++j) {
-    const double ratio = links[j].mass / std::max(lightest, lightestBehind[j + 1]);
-    if (ratio > worst) {
-      worst = ratio;
-      heavy = &links[j];
-    }
-    lightest = std::min(lightest, links[j].mass);
-  }
-  if (worst * rounding <= allowed) return;
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "is %.0e times that of a link before it: accelerations are exact to %.0e of their size%s",
-                worst, worst * rounding, scene.tip ? "" : " (exact if the chain begins at its heavy end)");
-  scene.notes.push_back({"links/" + heavy->name + "/mass", text});
 }
 
 }  // namespace planar_chain

@@ -28,8 +28,4 @@ FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis)
 void refuseBesideSlides(const Section& top, const Chain& chain, bool isFloating,
                         const std::vector<Load>& loads);
 
-/// Adds a note if a link is so heavy between lighter ones and a free or held end that rounding exceeds the
-/// tolerance: the acceleration of what is light then has the error 1e-16 of the ratio of the masses.
-void noteRounding(Scene& scene);
-
 }  // namespace planar_chain
