@@ -209,7 +209,10 @@ Faults Commands::apply(const CommandTaken& input) {
     case CommandTaken::STEP:
       return applyStep(input);
     case CommandTaken::SETTLE:
-      simulation_->settle();
+      simulation_->settle([this] {
+        collect();
+        return true;
+      });
       // The next tick shows the state, at the present time. It does so anyway if it already shows one.
       if (simulation_->time() == ticks_.sceneTime(ticks_.next - 1)) ++ticks_.origin;
       if (simulation_->time() == ticks_.sceneTime(ticks_.next)) ticks_.set = ticks_.next;
