@@ -317,6 +317,25 @@ TEST(Friction, TooWeakForTheToleranceIsNoted) {
       "second (and 2 more)");
   EXPECT_EQ(notesOf("5e-11", "1e-11"), "");
   EXPECT_EQ(notesOf("0", "1e-8"), "");
+  EXPECT_EQ(notesOf("5e-11", "1e-8, method: rk4"), "");
+  EXPECT_EQ(notesOf("5e-11", "1e-8, rate_tolerance: 1e-11"), "");
+}
+
+/// A joint that comes to rest with a rate of exactly 0 sticks there, not where it was at rest before.
+TEST(Friction, HoldsAJointWhereItsRateIsExactlyZero) {
+  const Scene scene = readSceneText(
+      "chain: [a]\ngravity: [0, 0]\nlinks: {a: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0], "
+      "joint: {friction: 2}}}\n");
+  Dynamics dynamics(scene);
+  std::vector<double> y(index(dynamics.size()));
+  y[1] = 1;
+  dynamics.enterState(0, y.data());
+  y[0] = 0.25;
+  y[1] = 0;
+  dynamics.change(0.5, y.data());
+  EXPECT_EQ(y[0], 0.25);
+  dynamics.hold(0.5, y.data());
+  EXPECT_EQ(y[0], 0.25);
 }
 
 }  // namespace

@@ -87,8 +87,8 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
       }
       RestingJoint one{i};
       if (joints_.slides(i) && coordinates_.relative(y + n_, i) == 0) {
-        // It has started here, and has not moved: what acts now may hold it.
-        joints_.start(i, 0);
+        // It has started here and has not moved, or it comes to rest exactly: what acts now may hold it.
+        joints_.stay(i, y);
         anyChanges = true;
       } else if (joints_.slides(i)) {
         if (joints_.slideDue(i, y + n_) <= 0) continue;
@@ -256,10 +256,7 @@ class FrictionKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    const IntegratorSettings& settings = scene.integrator;
-    const double tolerance =
-        ode::hasFixedStep(settings.method) ? 0 : settings.rateTolerance.value_or(settings.tolerance);
-    return makeUnlessEmpty<Friction>(scene.chain, tolerance, scene.tip.has_value());
+    return makeUnlessEmpty<Friction>(scene.chain, frictionTolerance(scene.integrator), scene.tip.has_value());
   }
 
   double dryFrictionIn(const Joint& joint) const override { return joint.other("friction"); }
@@ -274,6 +271,10 @@ class FrictionKind : public EffectKind {
 };
 
 }  // namespace
+
+double frictionTolerance(const IntegratorSettings& settings) {
+  return ode::hasFixedStep(settings.method) ? 0 : settings.rateTolerance.value_or(settings.tolerance);
+}
 
 const EffectKind& frictionKind() {
   static const FrictionKind kind;

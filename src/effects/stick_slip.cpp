@@ -133,6 +133,11 @@ void StickSlip::rest(int joint, const double* y, bool passes) {
   angle_[joint] = angle;
 }
 
+void StickSlip::stay(int joint, const double* y) {
+  angle_[joint] = coordinates_.relative(y, joint);
+  start(joint, 0);
+}
+
 void StickSlip::start(int joint, double direction) {
   direction_[joint] = direction;
   isLoose_[joint] = false;

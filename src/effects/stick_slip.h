@@ -100,6 +100,8 @@ class StickSlip {
   void enter(int joint, const double* y);
   /// A sliding joint has come to rest at the state y. It sticks, or goes on the other way if passes.
   void rest(int joint, const double* y, bool passes);
+  /// A joint is exactly at rest at the state y, whether it has moved or not. It sticks.
+  void stay(int joint, const double* y);
   /// Of a joint at rest: 0, it sticks; else it starts.
   void start(int joint, double direction);
   /// Of a stuck joint. push: the direction against which it bears its friction; 0: none.
