@@ -348,6 +348,8 @@ def results_there(sweep, address):
             wait_for_workers(client, address)
             starts = {client.submit(run_chunk, *sweep.arguments(start), retries=3): start for start in sweep.missing()}
             for future in as_completed(list(starts)):
+                if future.status not in ("finished", "error"):  # lost with its scheduler: Dask raises None then, a TypeError
+                    raise concurrent.futures.CancelledError
                 result = future.result()
                 yield starts.pop(future), result
                 future.release()
