@@ -34,25 +34,28 @@ class Commands(Watching):
             self.assertAlmostEqual(self.states.messages[i].velocity[0], expected, delta=2e-9)
 
     def test_commands_during_a_long_step_all_wait(self):
-        many = 5000  # roscpp would keep 2000, and drop others without a word
-        scene = rod(integrator={'method': 'rk4', 'step': 2e-5})  # some milliseconds a tick
+        many = 20500  # roscpp would keep 20000, and drop others without a word
+        scene = rod(integrator={'method': 'rk4', 'step': 4e-6})  # some milliseconds a tick
         scene['links']['rod'].update(repeat=100)
         taken = Listener('/planar_chain/commands_taken', CommandTaken)
+        expected = [k * 1e-9 for k in range(many)]
         with Node(scene):
-            torques = publisher('/planar_chain/joint_torque', JointTorque)
-            step, answers = service('step', Step), []
-            caller = threading.Thread(target=lambda: answers.append(step(n=1000)))
+            torques = publisher('/planar_chain/joint_torque', JointTorque, queue=None)
+            step, resume = service('step', Step), service('resume', Trigger)
+            caller = threading.Thread(target=lambda: step(n=1000))  # ten times as long as publishing them
             caller.start()
-            moving = self.statuses.wait_for(lambda status: status.paused and status.tick > 2)
-            for k in range(many):
-                torques.publish(joint='rod_1_joint', torque=k * 1e-9)
-            self.statuses.wait_for_count(moving + 5)
-            self.assertEqual((answers, len(taken.messages)), ([], 1))
-            self.assertIn('a long tick is running', service('resume', Trigger)().message)
+            self.statuses.wait_for(lambda status: status.paused and status.tick > 2)
+            self.assertIn('a long tick is running', resume().message)
+            message = JointTorque(joint='rod_1_joint')
+            for message.torque in expected:
+                torques.publish(message)
+            self.statuses.wait_for_count(len(self.statuses.messages) + 5)
+            self.assertLess(self.statuses.messages[-1].tick, 1000)
+            self.assertEqual(len(taken.messages), 1)
             caller.join()
             taken.wait_for_count(1 + many)
         taken.close()
-        self.assertEqual([command.joint_torque[0].torque for command in taken.messages[1:]], [k * 1e-9 for k in range(many)])
+        self.assertEqual([command.joint_torque[0].torque for command in taken.messages[1:]], expected)
         self.assertEqual(self.statuses.messages[-1].rejected_commands, 0)
 
     def test_held_torque_from_rostopic_accelerates_as_the_equation_says(self):

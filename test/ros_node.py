@@ -152,10 +152,11 @@ class Arrivals(rospy.SubscribeListener):
 PUBLISHERS = []  # for the node that runs
 
 
-def publisher(topic, message_type):
-    """A publisher that the node has connected to, as long as the node runs."""
+def publisher(topic, message_type, queue=1000):
+    """A publisher that the node has connected to, as long as the node runs. queue: for messages that wait to be sent;
+    None: publish() sends."""
     arrivals = Arrivals()
-    out = rospy.Publisher(topic, message_type, arrivals, queue_size=1000, tcp_nodelay=True)
+    out = rospy.Publisher(topic, message_type, arrivals, queue_size=queue, tcp_nodelay=True)
     PUBLISHERS.append(out)
     if not arrivals.first.wait(LIMIT):
         raise AssertionError('nobody takes ' + topic)
