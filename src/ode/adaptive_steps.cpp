@@ -125,8 +125,8 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   // it and whose error does not see it may take up to ten steps without error control.
   const double shortest = 4 * epsilon * std::max(1.0, std::abs(state.t));
   bool isJump = false;
+  if (!finite_ && !(next - state.t > shortest)) return Outcome::notFinite;
   if (next < end && !(next - state.t > shortest)) {
-    if (!finite_) return Outcome::notFinite;
     if (isExplicit() || facts().errorSeesStiffModes || jumps_ == mostJumps) return Outcome::stepTooSmall;
     isJump = true;
     ++jumps_;

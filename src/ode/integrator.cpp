@@ -31,6 +31,9 @@ const Crossing& Integrator::crossing() const {
 }
 
 Outcome Integrator::integrate(State& state, double end, double longestStep, int mostSteps) {
+  // At 0 s two times can be so close that 1/h overflows. Nothing moves meanwhile.
+  constexpr double nothing = 1e-300;  // s
+  if (end - state.t < nothing) state.t = std::max(state.t, end);
   Outcome outcome = state.t < end ? Outcome::underway : Outcome::arrived;
   for (int k = 0; outcome == Outcome::underway && k < mostSteps; ++k) {
     outcome = advance(state, end, longestStep);
