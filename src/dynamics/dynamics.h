@@ -109,6 +109,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void restore(const double* arranged, double* y) const override;
   /// 0 for short chains, which compute all derivatives together.
   int positions() const override { return positions_; }
+  int places() const override { return places_; }
   void rates(double t, const double* y, double* out) override;
   void endedAt(ode::State& state) override {
     if (coupled_) coupled_->endedAt(state);

@@ -84,16 +84,15 @@ class Drags : public Effect, public Switching {
     for (const Drag& drag : drags_) most = std::max(most, dueOf(drag, y.data()));
     return most;
   }
-  /// The turning point of q̇ is where a change of sign may hide. Where the course is unknown, q̇ is taken for
-  /// that of the cubic through both ends, which has the rounding of angles in it.
+  /// The turning point of q̇ is where a change of sign may hide. Most are far from it by the cubic through
+  /// both ends, which has the rounding of angles in it; the others are asked of the course.
   double nearest(const ode::Stretch& of) const override {
     const double *y = of.y.data(), *next = of.next.data();
-    const double* between = of.course ? of.course->at(of.t + of.h / 2).data() : nullptr;
     double first = 1;
     for (const Drag& drag : drags_) {
-      const double v0 = drag.q(y + n_), v1 = drag.q(next + n_);
-      const double middle =
-          between ? drag.q(between + n_) : 1.5 * (drag.q(next) - drag.q(y)) / of.h - (v0 + v1) / 4;
+      const double v0 = drag.q(y + n_), v1 = drag.q(next + n_), turn = drag.q(next) - drag.q(y);
+      if (!mayTurn(v0, 1.5 * turn / of.h - (v0 + v1) / 4, v1)) continue;
+      const double middle = drag.q(of.course->at(of.t + of.h / 2).data() + n_);
       first = std::min(first, passing(dueAt(drag, v0), dueAt(drag, middle), dueAt(drag, v1)));
     }
     return first < 1 ? first * of.h : -1;
@@ -109,6 +108,12 @@ class Drags : public Effect, public Switching {
     Coordinate q;
     double c, sign;
   };
+  /// True if a rate may be 0 within, so far as that in the middle tells.
+  static bool mayTurn(double v0, double middle, double v1) {
+    constexpr double farther = 4;
+    const auto [least, most] = std::minmax({v0, middle, v1});
+    return least - farther * (most - least) <= 0 && most + farther * (most - least) >= 0;
+  }
   static double dueAt(const Drag& drag, double rate) { return -drag.sign * rate - leastRate; }
   double dueOf(const Drag& drag, const double* y) const { return dueAt(drag, drag.q(y + n_)); }
 

@@ -145,13 +145,27 @@ double Effects::due(double t, const Eigen::VectorXd& y) const {
   return most;
 }
 
-double Effects::nearest(const ode::Stretch& of) const {
+namespace {
+
+/// The least of them that is above 0; −1: there is none.
+template <class Parts, class TimeOf>
+double firstOf(const Parts& parts, const TimeOf& timeOf) {
   double first = -1;
-  for (const Switching* switching : switching_) {
-    const double own = switching->nearest(of);
+  for (const auto* part : parts) {
+    const double own = timeOf(*part);
     if (own > 0 && (first < 0 || own < first)) first = own;
   }
   return first;
+}
+
+}  // namespace
+
+double Effects::nearest(const ode::Stretch& of) const {
+  return firstOf(switching_, [&](const Switching& part) { return part.nearest(of); });
+}
+
+double Effects::hidden(const ode::Stretch& step) const {
+  return firstOf(switching_, [&](const Switching& part) { return part.hidden(step); });
 }
 
 bool Effects::mayHide(const ode::Stretch& of, bool isLong) const {

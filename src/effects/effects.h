@@ -100,6 +100,7 @@ class Effects : public ode::Switches {
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
   bool mayHide(const ode::Stretch& of, bool isLong) const override;
+  double hidden(const ode::Stretch& step) const override;
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override;
 
  private:

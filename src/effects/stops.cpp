@@ -47,6 +47,11 @@ struct Stop {
   double noise(const double* theta, const double* omega) const {
     return rounding(theta) + d / k * 4 * epsilon * sumOfSizes(omega, q);
   }
+  /// The same of due().
+  double noiseOfDue(const double* theta, const double* omega) const {
+    const bool isOfDepth = place == Place::free || (place == Place::parted && depth(theta) < 0);
+    return isOfDepth ? rounding(theta) : noise(theta, omega);
+  }
   Place next(double x, double xd) const {
     if (!(x > 0)) return Place::free;
     return k * x + d * xd > 0 ? Place::pushing : Place::parted;
@@ -152,25 +157,77 @@ class Stops : public Effect, public Switching {
     return first < 1 ? first * h : -1;
   }
   /// A joint shakes on a spring, or beside others that are hit.
-  bool mayHide(const ode::Stretch& of, bool /*isLong*/) const override {
-    constexpr double farther = 4;  // than its rates at both ends take it: a swing there and back, and more
-    return std::any_of(stops_.begin(), stops_.end(), [&](const Stop& stop) {
-      const double x0 = stop.depth(of.y.data()), x1 = stop.depth(of.next.data());
-      const double v0 = stop.speed(of.y.data() + n_), v1 = stop.speed(of.next.data() + n_);
-      const double way = std::abs(x1 - x0) + of.h * (std::abs(v0) + std::abs(v1));
-      return std::max(x0, x1) + farther * way > 0;
-    });
+  bool mayHide(const ode::Stretch& of, bool isLong) const override {
+    return isLong && std::any_of(stops_.begin(), stops_.end(), [&](const Stop& stop) {
+             const double x0 = stop.depth(of.y.data()), x1 = stop.depth(of.next.data());
+             const double v0 = stop.speed(of.y.data() + n_), v1 = stop.speed(of.next.data() + n_);
+             return mayReach(x0, v0 * of.h, x1, v1 * of.h);
+           });
+  }
+  double hidden(const ode::Stretch& step) const override {
+    double first = 1;
+    for (const Stop& stop : stops_) {
+      const double noise = stop.rounding(step.y.data()), lag = stop.d / (stop.k * step.h);
+      const double pushNoise = noise * (1 + 12 * lag);
+      const double allowed = std::max(stop.noise(step.y.data(), step.y.data() + n_),
+                                      stop.noise(step.next.data(), step.next.data() + n_));
+      if (stop.place == Place::free) first = std::min(first, hidden(stop, step, 1, 0, 0, noise));
+      if (stop.place == Place::pushing)
+        first = std::min(first, hidden(stop, step, -1, lag, allowed, pushNoise));
+      if (stop.place == Place::parted) {
+        first = std::min(
+            {first, hidden(stop, step, -1, 0, 0, noise), hidden(stop, step, 1, lag, allowed, pushNoise)});
+      }
+    }
+    return first < 1 ? first * step.h : -1;
   }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
     const double* next = of.next.data();
     std::optional<ode::Crossing> first = firstDueOf(
         stops_, of, [this](const Stop& stop, const double* y) { return stop.due(y, y + n_); },
-        [&](const Stop& stop) { return 2 * stop.noise(next, next + n_); });
+        [&](const Stop& stop) { return 2 * stop.noiseOfDue(next, next + n_); });
     if (first) first->changesStiffness = true;
     return first;
   }
 
  private:
+  /// True if a joint may come to 0 between these places, with these rates. It may go farther than the rates
+  /// take it: there and back, and more.
+  static bool mayReach(double x0, double v0, double x1, double v1) {
+    constexpr double farther = 4;
+    return std::max(x0, x1) + farther * (std::abs(x1 - x0) + std::abs(v0) + std::abs(v1)) > 0;
+  }
+  /// A place within a step where g = sign (x + lag ẋ) − allowed may be above 0 by more than `noise`; 1: there
+  /// is none. ẋ is that per step.
+  double hidden(const Stop& stop, const ode::Stretch& step, double sign, double lag, double allowed,
+                double noise) const {
+    const double h = step.h;
+    const double x0 = sign * stop.depth(step.y.data()), v0 = sign * stop.speed(step.y.data() + n_) * h;
+    const double x1 = sign * stop.depth(step.next.data()), v1 = sign * stop.speed(step.next.data() + n_) * h;
+    const std::array<double, 4> by = cubic(x0, v0, x1, v1);
+    const double bend0 = 2 * by[2], bend1 = 2 * by[2] + 6 * by[3];
+    if (!mayReach(x0 + lag * v0 - allowed, v0 + lag * bend0, x1 + lag * v1 - allowed, v1 + lag * bend1))
+      return 1;
+
+    // The quintic may be wrong by as much as it differs from the cubic.
+    const auto [atStart, atEnd] = step.course->accelerationsAtEnds();
+    const double a0 = sign * stop.speed(atStart.data()) * (h * h);
+    const double a1 = sign * stop.speed(atEnd.data()) * (h * h);
+    const auto due = [&](double top) {
+      Bezier x = bezier({x0, v0, a0}, {x1, v1, a1}, top);
+      const Bezier slope = slopeOf(x);
+      for (std::size_t k = 0; k < x.size(); ++k) x[k] += lag * slope[k];
+      // So it is not above 0 at the start: rounding since change() may have lifted it.
+      const double shift = std::max(allowed, x[0]);
+      for (double& g : x) g -= shift;
+      return x;
+    };
+    const Bezier quintic = due(0);
+    const double apart = (1 + 12 * lag) * std::max(std::abs(a0 - bend0), std::abs(a1 - bend1)) / 20;
+    if (*std::max_element(quintic.begin(), quintic.end()) + apart <= noise) return 1;
+    const double top = sign * stop.speed(step.course->bend().data());
+    return aboveBefore(due(top + std::abs(top)), noise);
+  }
   /// Lists those that do something now.
   void listActive() {
     active_.clear();

@@ -9,31 +9,41 @@ namespace planar_chain::ode {
 
 Course::Course(SeriesSystem& f)
     : f_(f),
-      n_(f.positions()),
+      n_(f.places()),
       turn_(n_),
       bend_(n_),
       increment_(2 * n_),
       restored_(f.size()),
       accelerations_(restored_),
+      atStart_(restored_),
+      atEnd_(restored_),
+      bendInOrder_(restored_),
       at_(f.arrangedSize()),
-      rates_(f.arrangedSize() - n_),
+      rates_(at_),
       error_(at_),
       slope_(at_) {
   slope_.setZero();
   within_ = State(f.arrangedSize());
   for (End* end : {&start_, &end_}) {
     end->state = State(f.arrangedSize());
-    end->rates = rates_;
+    end->slope = rates_;
   }
 }
 
 void Course::begin(const State& from) {
-  const bool isEnd = end_.isKnown && end_.state.t == from.t && end_.state.y == from.y;
-  if (isEnd) std::swap(start_, end_);
+  startAt(from);
+  if (!start_.isKnown) evaluate(start_);
+}
+
+void Course::startAt(const State& from) {
+  const auto isAt = [&](const End& end) {
+    return end.isKnown && end.state.t == from.t && end.state.y == from.y;
+  };
+  if (isAt(end_)) std::swap(start_, end_);
   end_.isKnown = false;
-  if (isEnd) return;
+  if (isAt(start_)) return;
   start_.state = from;
-  evaluate(start_);
+  start_.isKnown = false;
 }
 
 void Course::forget() {
@@ -44,17 +54,16 @@ void Course::forget() {
 
 void Course::take(const State& from, const State& to, Integrator* polynomial) {
   polynomial_ = polynomial;
-  start_.isKnown = start_.isKnown && start_.state.t == from.t && start_.state.y == from.y;
-  if (!start_.isKnown) start_.state = from;
+  startAt(from);
   end_.state = to;
-  end_.isKnown = isBent_ = isTurnKnown_ = false;
+  isBent_ = isTurnKnown_ = false;
   h_ = to.t - from.t;
   turn_ = (to.y.head(n_) - from.y.head(n_)) + (to.carry.head(n_) - from.carry.head(n_));
   time_ = timeRestored_ = std::numeric_limits<double>::quiet_NaN();
 }
 
 void Course::evaluate(End& end) const {
-  f_.rates(end.state.t, end.state.y.data(), end.rates.data());
+  f_.slope(end.state.t, end.state.y.data(), end.slope.data());
   end.isKnown = true;
 }
 
@@ -67,7 +76,7 @@ void Course::findRates() const {
   // The rounding of angles is a rate of 1e-6 rad/s in a step of 1e-10 s: there the rates alone tell the turn.
   constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
   const auto v0 = start_.state.y.segment(n_, n_).array(), v1 = end_.state.y.segment(n_, n_).array();
-  const auto a0 = start_.rates.head(n_).array(), a1 = end_.rates.head(n_).array();
+  const auto a0 = start_.rates(n_).array(), a1 = end_.rates(n_).array();
   const auto byRates = h_ / 2 * (v0 + v1) + h_ * h_ / 12 * (a0 - a1);
   const auto most = rounding * (1 + end_.state.y.head(n_).array().abs());
   turn_ = ((turn_.array() - byRates).abs() <= most).select(byRates, turn_.array());
@@ -75,10 +84,10 @@ void Course::findRates() const {
 
 void Course::findBend() const {
   if (isBent_) return;
-  f_.rates(middle(), arrangedAt(middle()).data(), rates_.data());
+  f_.slope(middle(), arrangedAt(middle()).data(), rates_.data());
   const auto v0 = start_.state.y.segment(n_, n_), v1 = end_.state.y.segment(n_, n_);
-  const auto a0 = start_.rates.head(n_), a1 = end_.rates.head(n_);
-  bend_ = 8. / 3 * h_ * (1.5 * (v1 - v0) - h_ * ((a0 + a1) / 4 + rates_.head(n_)));
+  const auto a0 = start_.rates(n_), a1 = end_.rates(n_);
+  bend_ = 8. / 3 * h_ * (1.5 * (v1 - v0) - h_ * ((a0 + a1) / 4 + rates_.segment(n_, n_)));
   isBent_ = true;
 }
 
@@ -118,8 +127,9 @@ const Vector& Course::arrangedAt(double t) const {
                               h * (s - 4.5 * s2 + 6 * s3 - 2.5 * s4),
                               h * (1.5 * s2 - 4 * s3 + 2.5 * s4),
                               3 / h * r * r * (1 - 2 * s)};
-    const double* terms[] = {from.carry.data(),   turn_.data(),      from.y.data() + n_, to.y.data() + n_,
-                             start_.rates.data(), end_.rates.data(), bend_.data()};
+    const double* terms[] = {
+        from.carry.data(),        turn_.data(),           from.y.data() + n_, to.y.data() + n_,
+        start_.slope.data() + n_, end_.slope.data() + n_, bend_.data()};
     const auto combine = simd::vectors().combine[isBent ? 6 : 5];
     combine(1, ofAngles, terms, from.y.data(), increment_.data(), at_.data(), n_);
     terms[0] += n_;
@@ -144,10 +154,30 @@ const Eigen::VectorXd& Course::accelerationsAt(double t) const {
   slope_.head(n_) = 60 / (h * h) * (s - s2) * (1 - 2 * s) * turn_ +
                     12 / h * (8 * s2 - 3 * s - 5 * s3) * start_.state.y.segment(n_, n_) +
                     12 / h * (7 * s2 - 2 * s - 5 * s3) * end_.state.y.segment(n_, n_) +
-                    (1 - 9 * s + 18 * s2 - 10 * s3) * start_.rates.head(n_) +
-                    (3 * s - 12 * s2 + 10 * s3) * end_.rates.head(n_);
+                    (1 - 9 * s + 18 * s2 - 10 * s3) * start_.rates(n_) +
+                    (3 * s - 12 * s2 + 10 * s3) * end_.rates(n_);
   f_.restore(slope_.data(), accelerations_.data());
   return accelerations_;
+}
+
+template <class Values>
+void Course::restore(const Values& ofPlaces, Eigen::VectorXd& out) const {
+  slope_.head(n_) = ofPlaces;
+  f_.restore(slope_.data(), out.data());
+}
+
+std::pair<const Eigen::VectorXd&, const Eigen::VectorXd&> Course::accelerationsAtEnds() const {
+  findRates();
+  restore(start_.rates(n_), atStart_);
+  restore(end_.rates(n_), atEnd_);
+  return {atStart_, atEnd_};
+}
+
+const Eigen::VectorXd& Course::bend() const {
+  findRates();
+  findBend();
+  restore(bend_, bendInOrder_);
+  return bendInOrder_;
 }
 
 const Vector& Course::errorAt(double t) const {

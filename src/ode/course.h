@@ -9,6 +9,7 @@
 /// is of order h⁵ by the quintic, and h⁶ with d g. So d g is larger than the error that is left.
 
 #include <limits>
+#include <utility>
 
 #include "ode/system.h"
 
@@ -21,7 +22,7 @@ class Course {
  public:
   /// f must outlive this object.
   explicit Course(SeriesSystem& f);
-  /// True if f has positions. Otherwise nothing else may be called.
+  /// True if f has places. Otherwise nothing else may be called.
   bool isPossible() const { return n_ > 0; }
 
   /// Evaluates f where the next step starts, unless the last one ended there.
@@ -40,6 +41,10 @@ class Course {
   const Eigen::VectorXd& at(double t) const;
   /// α at t within the step, by p'', in the order of at(). Valid until the next call.
   const Eigen::VectorXd& accelerationsAt(double t) const;
+  /// α at the start and at the end, in the order of at(). Valid until the next take().
+  std::pair<const Eigen::VectorXd&, const Eigen::VectorXd&> accelerationsAtEnds() const;
+  /// d, likewise.
+  const Eigen::VectorXd& bend() const;
   /// A bound of the error there, arranged: d g and d g'.
   const Vector& errorAt(double t) const;
   /// Sets `state` to that at t.
@@ -48,17 +53,21 @@ class Course {
  private:
   struct End {
     State state;
-    Vector rates;
-    bool isKnown = false;  ///< rates
+    Vector slope;
+    bool isKnown = false;  ///< slope
+    auto rates(Eigen::Index n) const { return slope.segment(n, n); }
   };
   const Vector& arrangedAt(double t) const;
+  void startAt(const State& from);
   void evaluate(End& end) const;
   void findRates() const;
   void findBend() const;
+  template <class Values>
+  void restore(const Values& ofPlaces, Eigen::VectorXd& out) const;
   double middle() const { return start_.state.t + h_ / 2; }
 
   SeriesSystem& f_;
-  const Eigen::Index n_;  ///< positions, arranged
+  const Eigen::Index n_;  ///< places, arranged
   double h_ = 0;
   mutable Eigen::VectorXd turn_;      ///< of θ, from end to end
   mutable bool isTurnKnown_ = false;  ///< where it is rounding, too
@@ -67,6 +76,7 @@ class Course {
   Integrator* polynomial_ = nullptr;
   mutable State within_;  ///< of the polynomial
   mutable Eigen::VectorXd bend_, increment_, restored_, accelerations_;
+  mutable Eigen::VectorXd atStart_, atEnd_, bendInOrder_;           ///< α_0, α_1, d
   mutable double time_ = std::numeric_limits<double>::quiet_NaN();  ///< of at_
   mutable double timeRestored_ = time_;                             ///< of restored_
   mutable Vector at_, rates_, error_, slope_;

@@ -91,6 +91,7 @@ class LandingOnSwitches : public StepsOf {
         switches_(switches),
         f_(f),
         course_(f),
+        landsByCourse_(f.positions() > 0),
         before_(f.arrangedSize()),
         trial_(before_) {
     from_.y.resize(f.size());
@@ -133,7 +134,7 @@ class LandingOnSwitches : public StepsOf {
     }
     if (found == Outcome::switched) {
       crossing_ = {};
-      if (!landWithin(state)) {
+      if (!landsByCourse_ || !landWithin(state)) {
         crossing_ = {};
         found = land(state);
       }
@@ -226,9 +227,15 @@ class LandingOnSwitches : public StepsOf {
     const bool isLong = steps_->pieces() > 1, looks = switches_.mayHide(stretch(ahead_.front()), isLong);
     const int pieces = looks ? std::max(steps_->pieces(), course_.isPossible() ? 2 : 1) : 1;
     const double piece = (ahead_.front().t - from_.t) / pieces;
-    for (int k = pieces - 1; k > 0; --k) {
-      Place& place = ahead_[count++];
+    double hidden = from_.t;
+    if (course_.isPossible() && !isLong) hidden += switches_.hidden(stretch(ahead_.front()));
+    for (int k = pieces - 1; k >= 0; --k) {
       const double t = from_.t + k * piece;
+      if (hidden > t && !evaluateWithin(std::exchange(hidden, from_.t), ahead_[count++]))
+        return Outcome::notFinite;
+      if (hidden == t) hidden = from_.t;
+      if (k == 0) break;
+      Place& place = ahead_[count++];
       if (course_.isPossible()) {
         lookWithin(t, place);
       } else if (!lookAt(t, place)) {
@@ -340,6 +347,7 @@ class LandingOnSwitches : public StepsOf {
   const Switches& switches_;
   SeriesSystem& f_;
   Course course_;
+  const bool landsByCourse_;       ///< false: steps cost little beside it
   long long landing_ = 0;          ///< steps made to land
   double usual_ = infinity;        ///< time between bends, s
   double switchedAt_ = -infinity;  ///< the last one, s

@@ -15,7 +15,8 @@
 /// The order of calls for one step:
 ///
 ///     1. the integrator makes a step, or several pieces of it, with one f
-///     2. due() at their ends; nearest() on each stretch on whose ends none is due
+///     2. due() at their ends; hidden() on the whole, if it is one piece; nearest() on each stretch on whose
+///        ends none is due
 ///     3. crossing() on the first stretch at whose end one is due. The step ends there, and advance() returns
 ///        `switched`
 ///     4. the owner of the switches gives the Crossing, a value, to change(), which changes f and perhaps y
@@ -62,6 +63,9 @@ class Switches {
   /// True if due() may rise above 0 and fall again within the step, so that nearest() does not see it.
   /// isLong: it is a polynomial of high order, and free to look at.
   virtual bool mayHide(const Stretch& /*of*/, bool /*isLong*/) const { return false; }
+  /// Of a whole step whose course is known: the time after which there is a place where due() may be above 0,
+  /// by the course and its error, although it is not at both ends. Negative if there is none.
+  virtual double hidden(const Stretch& /*step*/) const { return -1; }
   /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown, or f
   /// changes so much there that the step size no longer suits.
   virtual std::optional<Crossing> crossing(const Stretch& /*of*/) const { return {}; }

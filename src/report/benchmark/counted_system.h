@@ -21,6 +21,7 @@ class CountedSystem : public ode::SeriesSystem {
   void arrange(const double* y, double* arranged) const override { f_.arrange(y, arranged); }
   void restore(const double* arranged, double* y) const override { f_.restore(arranged, y); }
   int positions() const override { return f_.positions(); }
+  int places() const override { return f_.places(); }
   void rates(double t, const double* y, double* out) override {
     ++evaluations;
     f_.rates(t, y, out);
