@@ -407,7 +407,7 @@ TEST(ZeroStrengthOf, ALimitIsAbsenceButForWhatAMethodKeepsFromStepToStep) {
       EXPECT_EQ(rejected, itsRejected) << method << ": to look at a series costs nothing";
     } else {
       EXPECT_GT(evaluations, itsEvaluations) << method << " has not looked";
-      EXPECT_GT(rejected, itsRejected) << method << ": the steps to look count";
+      EXPECT_GE(rejected, itsRejected) << method << ": steps to look count";
     }
     if (looksAtItsSeries || method == "rk4" || method.substr(0, 3) == "ros" ||
         method == "rodas5p") {  // keep nothing
