@@ -608,7 +608,7 @@ loads:
                 # The first tick that shows the command, which is the tick it belongs to.
                 tick = self.COMMANDS[kept].tick
                 self.assertIn(f"from tick {tick} ({tick / 300:.17g} s) on, the motion is not the recorded one: a command after number "
-                              f"{kept}, the last in the bag, is missing, or the node had another version or kind of processor\n", result.stdout)
+                              f"{kept}, the last in the bag, is missing, or the node had another version or kind of processor, or the bag was changed\n", result.stdout)
             self.simulate("--commands", self.path("lost.bag"), "--duration", "0.2")  # which ends before it
         # Two ticks before the end, behind the last status.
         late = CommandTaken(number=1, tick=367, scene_time=366 / 300, joint_torques=[1.0, 1.0])

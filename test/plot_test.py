@@ -315,6 +315,7 @@ class Plot(PlotTool):
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1e308,1,\n", "other.csv, q_a: expected numbers up to 1e+300, got 1e+308"),
                             ("\ufefft,q_a,qd_a,energy\n0,0,0,0\n2,0,0,0\n1,0,0,0\n", "other.csv, row 3: expected a time after 2 s, got 1 s"),
                             ("t,q_a,qd_a,energy\n0,nan,0,0\n1,nan,0,0\n", "other.csv: expected angles, got nan alone"),
+                            ("t,q_a,qd_a,energy\n0,0,0,0\n1,nan,0,0\n", "other.csv, row 2, q_a: expected a number, got nan"),
                             ("t,q_a,q_a,qd_a,qd_a,energy\n0,0,0,0,0,0\n1,0,0,0,0,0\n", "each once, got t, q_a, q_a,"),
                             ("run,t,q_a,qd_a,reason\n0,1,1,1,\n", "expected the columns t, q_"),
                             ("run,x,t,q_a,qd_a,reason\n0,1,nan,1,1,\n", "expected runs with finite times t, got none"),

@@ -95,6 +95,24 @@ class Commands(Watching):
             steady = 0.1 / ROD_INERTIA * self.seconds_between(first - 1, after)
             self.assertAlmostEqual(gained - steady, 0.5 * 0.123 / ROD_INERTIA, delta=3e-9)
 
+    def test_a_pause_moves_the_start_of_a_waiting_command(self):
+        taken = Listener('/planar_chain/commands_taken', CommandTaken)
+        with Node(rod()):
+            timed = publisher('/planar_chain/joint_torque', JointTorque)
+            pause, resume = service('pause', Trigger), service('resume', Trigger)
+            self.states.wait_for_count(1)
+            sent = len(self.states.messages) - 1
+            start = self.states.messages[sent].header.stamp + rospy.Duration(0.5)
+            timed.publish(joint='rod_joint', torque=0.5, duration=0.1, start=start)
+            taken.wait_for_count(1)
+            self.assertTrue(pause().success)
+            self.statuses.wait_for_count(len(self.statuses.messages) + 10)
+            self.assertTrue(resume().success)
+            moving = self.states.wait_for(lambda state: state.velocity[0] > 0)
+            self.assertEqual(moving - sent, 101, '0.5 s of 200 ticks a second, and one')
+            self.assertGreater(self.states.messages[moving].header.stamp, start + rospy.Duration(0.3))
+        taken.close()
+
     def test_a_force_pulse_gives_its_exact_impulse(self):
         with Node(rod()):
             # So weak that the rod turns by 2.5e-5 rad meanwhile: the arm stays 1 m within 1e-9.

@@ -106,6 +106,9 @@ def read_csv(path):
         raise Refused(f"{path}: expected the columns t, q_<joint>…, qd_<joint>…, energy, each once, got "
                       f"{', '.join(header)[:80] or 'nothing'}")
     table = numbers_of(path, header, rows)
+    unknown = np.isnan(table)  # throughout: left out
+    for row, column in np.argwhere(unknown & ~unknown.all(axis=0))[:1]:
+        raise Refused(f"{path}, row {row + 1}, {header[column]}: expected a number, got nan")
     require_times(path, "row", table[:, 0])
     n = len(joints)
     motion = Motion(joints, table[:, 0], table[:, 1:n + 1], table[:, n + 1:2 * n + 1])

@@ -279,7 +279,7 @@ class OfflineNode : public Bags {
         text << "a command after number " << next_ << ", the last in the bag, is missing, or ";
       }
       text << "the node had another " << (recorded_.scene.empty() ? "scene, " : "")
-           << "version or kind of processor\n";
+           << "version or kind of processor, or the bag was changed\n";
     }
     left_ = text.str();
   }
