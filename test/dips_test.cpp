@@ -58,6 +58,45 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Dips,
                                          Dip{"soft", {-1.391405711924, -1.152291724824, 0.194536727158}}),
                          [](const auto& one) { return std::string(one.param.name); });
 
+/// A motor that comes to its torque–speed line and leaves it within a step.
+struct Pulse {
+  int joint;
+  double torque, start, end;
+};
+
+std::vector<double> motorsAfter(const char* scene, const std::vector<Pulse>& pulses, double end,
+                                const char* method, double tolerance, int rows) {
+  Scene read = test::referenceScene(std::string("dips/") + scene + ".yaml");
+  read.integrator.method = method;
+  read.integrator.tolerance = tolerance;
+  Simulation simulation(read, 4);
+  for (const Pulse& pulse : pulses)
+    EXPECT_TRUE(simulation.addTorque(pulse.joint, pulse.torque, pulse.end - pulse.start, pulse.start));
+  for (int k = 1; k <= rows; ++k) EXPECT_TRUE(simulation.advanceTo(end * k / rows)) << simulation.fault();
+  std::vector<double> state = simulation.q();
+  state.insert(state.end(), simulation.qd().begin(), simulation.qd().end());
+  return state;
+}
+
+TEST(Motors, ComeToTheirLineAndLeaveItWithinAStep) {
+  const std::vector<Pulse> one{{0, -0.5, 0, 0.2}, {0, 0.1, 0.2, 1}},
+      three{{2, 8, 0, 0.05}, {2, -0.1, 0.2, 0.3}};
+  const std::vector<double> exact = motorsAfter("motors", three, 0.5, "dopri5", 1e-12, 500);
+  for (const char* method : {"auto", "taylor", "dop853", "dopri5", "rodas5p", "radau13"}) {
+    for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
+      for (const int rows : {1, 5, 50}) {
+        SCOPED_TRACE(std::string(method) + " to " + std::to_string(tolerance) + ", " + std::to_string(rows) +
+                     " rows");
+        const std::vector<double> found = motorsAfter("motor", one, 0.25, method, tolerance, rows);
+        EXPECT_NEAR(found[0], 1.242007270245, 0.1 * tolerance);  // test/reference/dips/motor.py
+        EXPECT_NEAR(found[1], -16.00115176003, 20 * tolerance);
+        const std::vector<double> others = motorsAfter("motors", three, 0.5, method, tolerance, rows);
+        for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(others[i], exact[i], 0.1 * tolerance);
+      }
+    }
+  }
+}
+
 // ---- Polynomials -----------------------------------------------------------------------------------
 
 double valueOf(const Bezier& b, double s) {

@@ -91,12 +91,17 @@ class Drags : public Effect, public Switching {
     double first = 1;
     for (const Drag& drag : drags_) {
       const double v0 = drag.q(y + n_), v1 = drag.q(next + n_), turn = drag.q(next) - drag.q(y);
-      if (!mayTurn(v0, 1.5 * turn / of.h - (v0 + v1) / 4, v1)) continue;
-      const double middle = drag.q(of.course->at(of.t + of.h / 2).data() + n_);
-      first = std::min(first, passing(dueAt(drag, v0), dueAt(drag, middle), dueAt(drag, v1)));
+      const double middle = 1.5 * turn / of.h - (v0 + v1) / 4;
+      if (!mayBeAbove(dueAt(drag, v0), dueAt(drag, middle), dueAt(drag, v1))) continue;
+      const auto dueOn = [&](double t) {
+        const double rate = drag.q(stateAt(t, of).data() + n_);
+        return Due{dueAt(drag, rate), -drag.sign * of.h * drag.q(of.course->accelerationsAt(t).data())};
+      };
+      first = std::min(first, passing(dueOn(of.t), dueOn(of.t + of.h / 2), dueOn(of.t + of.h)));
     }
     return first < 1 ? first * of.h : -1;
   }
+  bool mayHide(const ode::Stretch& /*of*/, bool isLong) const override { return isLong; }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
     return firstDueOf(
         drags_, of, [this](const Drag& drag, const double* y) { return dueOf(drag, y); },
@@ -108,12 +113,6 @@ class Drags : public Effect, public Switching {
     Coordinate q;
     double c, sign;
   };
-  /// True if a rate may be 0 within, so far as that in the middle tells.
-  static bool mayTurn(double v0, double middle, double v1) {
-    constexpr double farther = 4;
-    const auto [least, most] = std::minmax({v0, middle, v1});
-    return least - farther * (most - least) <= 0 && most + farther * (most - least) >= 0;
-  }
   static double dueAt(const Drag& drag, double rate) { return -drag.sign * rate - leastRate; }
   double dueOf(const Drag& drag, const double* y) const { return dueAt(drag, drag.q(y + n_)); }
 

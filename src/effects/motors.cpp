@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/first_due.h"
 #include "effects/passing.h"
 #include "simd/elementary.h"
 
@@ -84,16 +85,21 @@ class Motor {
  private:
   enum class Place { free, line, idle };
 
+  static constexpr double narrow = 1e-6;  ///< share of a stretch; what is shorter moves nothing
+  double zeroWithin(const ode::Stretch& of) const;
+
   /// l
   double limitAt(double side, double rate) const { return limit_ - side * slope_ * rate; }
   double signOf(double x) const { return x < 0 || (x == 0 && u_ < 0) ? -1 : 1; }
   /// Two functions of x and q̇, N m. A change is due where one is positive; from `free` only if s x is, too.
-  double gap(int which, double x, double rate) const {
+  double gap(int which, double x, double rate) const { return gap(which, x, rate, limit_); }
+  /// The same for this limit. For 0 its derivative, of those of x and q̇.
+  double gap(int which, double x, double rate, double limitAtRest) const {
     if (place_ == Place::free) {
       const double side = which == 0 ? 1 : -1;
-      return side * x - limitAt(side, rate);
+      return side * x - (limitAtRest - side * slope_ * rate);
     }
-    const double limit = limitAt(side_, rate);
+    const double limit = limitAtRest - side_ * slope_ * rate;
     if (place_ == Place::line) return which == 0 ? limit - side_ * x : -limit;
     return which == 0 ? limit : -side_ * x;
   }
@@ -118,8 +124,9 @@ double Motor::due(double t, const double* omega) const {
   return std::max(first, second) - rounding * (limit_ + slope_ * rates);
 }
 
-/// q̇ is that of the cubic through both ends. A gap is taken for the parabola through both ends and the
-/// middle.
+/// A gap is taken for the cubics through both ends and the middle. Most are far from 0 by the q̇ of the cubic
+/// through both ends. From `free`, a gap counts while s x > 0: there it may be above 0 where that begins or
+/// ends.
 double Motor::hidden(const ode::Stretch& of, int n) const {
   const double *y = of.y.data(), *next = of.next.data();
   const double r0 = q(y + n), r1 = q(next + n);
@@ -127,11 +134,36 @@ double Motor::hidden(const ode::Stretch& of, int n) const {
   const double x0 = lagged(of.t), x1 = lagged(of.t + of.h), xMiddle = lagged(of.t + of.h / 2);
   double first = 1;
   for (const int which : {0, 1}) {
-    const double side = which == 0 ? 1 : -1;
+    const double side = which == 0 ? 1 : -1, end = of.t + of.h;
     if (place_ == Place::free && side * x0 <= 0 && side * x1 <= 0) continue;
-    first = std::min(first, passing(gap(which, x0, r0), gap(which, xMiddle, middle), gap(which, x1, r1)));
+    if (!mayBeAbove(gap(which, x0, r0), gap(which, xMiddle, middle), gap(which, x1, r1))) continue;
+    const bool isPart = place_ == Place::free && !(side * x0 > 0 && side * x1 > 0);
+    const double from = isPart && side * x0 <= 0 ? zeroWithin(of) : of.t;
+    const double to = isPart && side * x1 <= 0 ? zeroWithin(of) : end;
+    const auto dueOn = [&](double t) {
+      const double r = q(stateAt(t, of).data() + n), a = q(of.course->accelerationsAt(t).data());
+      return Due{gap(which, lagged(t), r), (to - from) * gap(which, rate(t), a, 0)};
+    };
+    const Due atFrom = dueOn(from), atTo = dueOn(to);
+    double s = 1;
+    if (from > of.t && atFrom.value > 0) {
+      s = 0.5;
+      while (s > narrow && dueOn(from + s * (to - from)).value <= 0) s /= 2;
+    } else if (to < end && atTo.value > 0) {
+      s = 0.5;
+      while (1 - s > narrow && dueOn(from + s * (to - from)).value <= 0) s = (1 + s) / 2;
+    } else if (to > from) {
+      s = passing(atFrom, dueOn(from + (to - from) / 2), atTo);
+    }
+    if (s < 1) first = std::min(first, (from + s * (to - from) - of.t) / of.h);
   }
   return first;
+}
+
+/// When x is 0 in a stretch, or its nearer end.
+double Motor::zeroWithin(const ode::Stretch& of) const {
+  const double t = t0_ + lag_ * std::log((u_ - x0_) / u_);
+  return t > of.t ? std::min(t, of.t + of.h) : of.t;
 }
 
 bool isMoved(const Joint& joint) {
@@ -243,6 +275,7 @@ class MotorCommands final : public CommandEffect, public Switching {
     }
     return first < 1 ? first * of.h : -1;
   }
+  bool mayHide(const ode::Stretch& /*of*/, bool isLong) const override { return isLong && act_; }
 
  private:
   void list(double t) override {

@@ -36,6 +36,27 @@ inline double passing(const std::array<double, 4>& g, double noise) {
   return mayPass(end, top, noise) ? s : 1;
 }
 
+/// What is due, and its derivative by s.
+struct Due {
+  double value, slope;
+};
+
+/// The same of the cubics through these at 0, ½ and 1, without noise.
+inline double passing(const Due& begin, const Due& half, const Due& end) {
+  if (half.value > 0 && end.value <= 0) return 0.5;
+  const double early = passing(cubic(begin.value, begin.slope / 2, half.value, half.slope / 2), 0);
+  const double late = passing(cubic(half.value, half.slope / 2, end.value, end.slope / 2), 0);
+  return early < 1 ? early / 2 : (1 + late) / 2;
+}
+
+/// True if what is due may be above 0 within, so far as these three values tell: in most stretches it is not,
+/// and that is known for little.
+inline bool mayBeAbove(double g0, double gm, double g1) {
+  constexpr double farther = 4;
+  const auto [least, most] = std::minmax({g0, gm, g1});
+  return most + farther * (most - least) > 0;
+}
+
 /// The same of the parabola through g0, gm, g1 at 0, ½, 1, without noise.
 inline double passing(double g0, double gm, double g1) {
   const bool risesAndFalls = 4 * gm > 3 * g0 + g1 && 4 * gm > g0 + 3 * g1;
