@@ -346,5 +346,29 @@ TEST(Exponential, IsThatOfTheLibrary) {
   EXPECT_EQ(simd::exp(-forever), 0);
 }
 
+/// Friction swallows the motor's torque. The other joint turns on the moving base as without it.
+TEST(Motor, ThatLagsInAJointThatIsHeldMovesNothing) {
+  for (const char* method : {"auto", "taylor", "dop853", "radau13"}) {
+    for (const double tolerance : {1e-5, 1e-8}) {
+      const auto end = [&](double torque) {
+        Scene scene = readSceneText(
+            "chain: [a, b]\ngravity: [0, 0]\nbase: {y: {amplitude: 0.1, frequency: 1.0}}\nlinks:\n"
+            "  a: {mass: 1, inertia: 0.1, com: [0, 0], pin: [1, 0], initial: {velocity: 0.8}}\n"
+            "  b: {mass: 1, inertia: 0.1, com: [0, 0], pin: [1, 0], joint: {friction: 10, motor: "
+            "{time_constant: 1e-4}}}\n");
+        scene.integrator.method = method;
+        scene.integrator.tolerance = tolerance;
+        Simulation simulation(scene, 1);
+        if (torque > 0) {
+          EXPECT_TRUE(simulation.addTorque(1, torque, 0.1, 0.2));
+        }
+        EXPECT_TRUE(simulation.advanceTo(1)) << simulation.fault();
+        return simulation.q()[0];
+      };
+      EXPECT_NEAR(end(0.1), end(0), 0.1 * tolerance) << method;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace planar_chain

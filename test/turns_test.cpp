@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "known_chains.h"
+#include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
@@ -131,6 +132,26 @@ TEST(Turns, ThatADoubleCannotCountAreRefusedAndTheStateIsKept) {
   EXPECT_EQ(simulation.q()[0], 1e12);
   ASSERT_TRUE(simulation.advanceTo(0.1));
   EXPECT_NEAR(simulation.q()[0] - 1e12, 0.2, 0.1);
+}
+
+/// v²/(2 a) = 5000 rad, in one stretch of the run. The other joint turns on.
+TEST(Turns, AreCountedOnceWhereFrictionHolds) {
+  for (const char* method : {"auto", "taylor", "dop853", "rodas5p", "radau13"}) {
+    for (const int rows : {1, 4, 200}) {
+      Scene scene = readSceneText(
+          "chain: [a, b]\ngravity: [0, 0]\nlinks:\n"
+          "  a: {mass: 1, inertia: 1, com: [0, 0], pin: [0, 0], joint: {friction: 1}, initial: {velocity: "
+          "100}}\n"
+          "  b: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0], initial: {velocity: -90}}\n");
+      scene.integrator.method = method;
+      Simulation simulation(scene);
+      for (int k = 1; k <= rows; ++k)
+        ASSERT_TRUE(simulation.advanceTo(200.0 * k / rows)) << simulation.fault();
+      EXPECT_EQ(simulation.qd()[0], 0);
+      EXPECT_NEAR(simulation.q()[0], 5000, 1e-6) << method << ", " << rows << " rows";
+      EXPECT_NEAR(simulation.q()[1], 10 * 200 - 5000, 1e-5) << method << ", " << rows << " rows";
+    }
+  }
 }
 
 }  // namespace

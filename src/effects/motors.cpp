@@ -12,6 +12,11 @@ namespace planar_chain {
 
 namespace {
 
+/// While a torque lags, steps are so short that its series has no cancellation: in a joint that is held it
+/// moves nothing, and no error estimate sees it. It lags no longer when x differs from u by less than a
+/// rounding of what it was.
+constexpr double longestByLags = 3, lagsToTheEnd = 39;
+
 // ---- One motor -------------------------------------------------------------------------------------
 
 class Motor {
@@ -37,11 +42,15 @@ class Motor {
     isNew_ = true;
   }
   /// x at t, N m.
-  double lagged(double t) const { return lag_ > 0 ? u_ + (x0_ - u_) * simd::exp(-(t - t0_) / lag_) : u_; }
+  double lagged(double t) const {
+    const bool isOver = !(t - t0_ < lagsToTheEnd * lag_);
+    return isOver ? u_ : u_ + (x0_ - u_) * simd::exp(-(t - t0_) / lag_);
+  }
   double rate(double t) const { return lag_ > 0 ? (u_ - lagged(t)) / lag_ : 0; }
   /// True if x changes from t on.
   bool isLagging(double t) const { return lag_ > 0 && lagged(t) != u_; }
   bool hasLag() const { return lag_ > 0; }
+  double lag() const { return lag_; }
   /// Returns the coefficient k > 0 of the Taylor series of x around t, x_k = (x − u) (−1/T)^k / k!. Call it
   /// for 1, 2, … in turn.
   double order(int k, double t) {
@@ -283,7 +292,12 @@ class MotorCommands final : public CommandEffect, public Switching {
     isLagging_ = act_ = false;
     for (Motor& motor : motors_) {
       motor.command(t, torqueAt(t, index(motor.q.joint)));
-      isLagging_ = isLagging_ || motor.isLagging(t);
+      if (motor.isLagging(t)) {
+        isLagging_ = true;
+        stepAtMost(longestByLags * motor.lag());
+        const double end = t + (lagsToTheEnd + 1) * motor.lag();
+        if (end > t) endBy(end);
+      }
       act_ = act_ || motor.isLagging(t) || motor.lagged(t) != 0;
     }
   }

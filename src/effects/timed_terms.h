@@ -33,7 +33,7 @@ class TimedTerms : public Effect, public Forces {
  public:
   void enter(double t) final;
   double until() const final { return until_; }
-  /// A quarter of the shortest period in force.
+  /// A quarter of the shortest period in force, or less by stepAtMost().
   double longestStep() const final { return longestStep_; }
   bool variesWithTime() const override { return !sines_.empty() || !lines_.empty(); }
 
@@ -73,6 +73,8 @@ class TimedTerms : public Effect, public Forces {
   }
   /// Nothing that is listed now holds beyond t.
   void endBy(double t) { until_ = std::min(until_, t); }
+  /// Until the next enter().
+  void stepAtMost(double longest) { longestStep_ = std::min(longestStep_, longest); }
 
  private:
   struct SineFactor {

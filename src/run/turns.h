@@ -49,21 +49,24 @@ class Turns {
     }
   }
 
-  /// Takes more turns off the state, if it is time. y: the same state in chain order; it follows.
+  /// Takes more turns off the state, if it is time. y: the same state in chain order; it follows. A joint at
+  /// rest keeps its angle, at which friction may hold it.
   /// @returns true if the state has changed
   bool takeMore(const ode::System& f, ode::State& state, Eigen::VectorXd& y) {
     const int n = static_cast<int>(turns_.size());
-    bool isDue = false;
-    for (int i = 0; i < n; ++i)
-      isDue = isDue || (isFree_[index(i)] && std::abs(coordinates_.relative(y.data(), i)) > mostAngle);
-    if (!isDue) return false;
+    const auto isDue = [&](int i, double q) {
+      return isFree_[index(i)] && std::abs(q) > mostAngle && coordinates_.relative(y.data() + n, i) != 0;
+    };
+    bool anyIsDue = false;
+    for (int i = 0; i < n; ++i) anyIsDue = anyIsDue || isDue(i, coordinates_.relative(y.data(), i));
+    if (!anyIsDue) return false;
 
     f.restore(state.carry.data(), carry_.data());
     double before = 0, taken = 0;  // θ'_{i−1}, and the turns taken off it
     for (int i = coordinates_.slides(); i < n; ++i) {
       const double q = y[i] - before;
       before = y[i];
-      if (isFree_[index(i)] && std::abs(q) > mostAngle) {
+      if (isDue(i, q)) {
         const double own = static_cast<double>(std::round(q / turn));
         turns_[index(i)] += own;
         taken += own;
