@@ -321,6 +321,36 @@ TEST(Friction, TooWeakForTheToleranceIsNoted) {
   EXPECT_EQ(notesOf("5e-11", "1e-8, rate_tolerance: 1e-11"), "");
 }
 
+/// The damper of c is so stiff that the error of its rate decides whether a sticks: then it slides on.
+TEST(Friction, BesideAStiffDamperIsNotedWithTheRateToleranceThatDecidesRightly) {
+  const auto sceneOf = [](const std::string& integrator) {
+    return readSceneText(
+        "chain: [a, b, c]\ngravity: [0, 0]\nlinks:\n"
+        "  a: {mass: 1, inertia: 0.1, com: [0, 0], pin: [0.5, 0], joint: {friction: 0.6, breakaway: 2.0}, "
+        "initial: {velocity: 0.24}}\n"
+        "  b: {mass: 0.5, inertia: 0.1, com: [0, 0], pin: [0.5, 0], joint: {rotor_inertia: 1}}\n"
+        "  c: {mass: 1, inertia: 0.05, com: [0.3, 0], pin: [0.5, 0], joint: {damping: 15000}}\n"
+        "loads: {u: {joint: a_joint, torque: -1.9}}\nintegrator: {" +
+        integrator + "}\n");
+  };
+  const auto angleAfter = [](const Scene& scene) {
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
+    return simulation.q()[0];
+  };
+  const Scene loose = sceneOf("tolerance: 1e-6"), fine = sceneOf("tolerance: 1e-6, rate_tolerance: 1e-7");
+  ASSERT_EQ(loose.notes.size(), 1u);
+  EXPECT_EQ(
+      toString(loose.notes[0]),
+      "links/c/joint/damping: is large beside the breakaway torque in a_joint, which may slide on where it "
+      "should stick: set integrator/rate_tolerance to 1e-07");
+  EXPECT_TRUE(fine.notes.empty());
+  EXPECT_TRUE(sceneOf("tolerance: 1e-9").notes.empty());
+  constexpr double held = 0.0146744778;  // by dop853 and radau13 at 1e-11
+  EXPECT_NEAR(angleAfter(fine), held, 1e-7);
+  EXPECT_NEAR(angleAfter(sceneOf("tolerance: 1e-9, method: radau13")), held, 1e-8);
+}
+
 /// A joint that comes to rest with a rate of exactly 0 sticks there, not where it was at rest before.
 TEST(Friction, HoldsAJointWhereItsRateIsExactlyZero) {
   const Scene scene = readSceneText(

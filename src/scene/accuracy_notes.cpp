@@ -51,4 +51,36 @@ void noteWeakFriction(Scene& scene) {
   scene.notes.back().more = static_cast<int>(weak.size()) - 1;
 }
 
+void noteStiffDampers(Scene& scene) {
+  // As shares of the least breakaway torque: where joints have stuck wrongly, and where none has.
+  constexpr double mayCount = 1e-4, countsNot = 1e-3;
+  const IntegratorSettings& settings = scene.integrator;
+  if (ode::hasFixedStep(settings.method) || settings.rateTolerance) return;
+  const std::vector<Joint>& joints = scene.chain.joints();
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  const Joint *weakest = nullptr, *stiffest = nullptr;
+  for (const Joint& joint : joints) {
+    const double breakaway = std::max(joint.other("friction"), joint.other("breakaway"));
+    if (mayStick(joint) && breakaway < least) {
+      least = breakaway;
+      weakest = &joint;
+    }
+  }
+  for (const Joint& joint : joints) {
+    if (&joint == weakest || joint.damping <= most) continue;
+    most = joint.damping;
+    stiffest = &joint;
+  }
+  if (!weakest || !stiffest || !(most * settings.tolerance > mayCount * least)) return;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "is large beside the breakaway torque in %s, which may slide on where it should stick: set "
+                "integrator/rate_tolerance to %.0e",
+                weakest->name.c_str(), countsNot * least / most);
+  scene.notes.push_back({"links/" +
+                             scene.chain.links()[index(static_cast<int>(stiffest - joints.data()))].name +
+                             "/joint/damping",
+                         text});
+}
+
 }  // namespace planar_chain

@@ -13,4 +13,7 @@ void noteRounding(Scene& scene);
 /// If friction is so weak that it is left out (stick_slip.h).
 void noteWeakFriction(Scene& scene);
 
+/// If the error of a rate, times the damping of another joint, may decide what sticks.
+void noteStiffDampers(Scene& scene);
+
 }  // namespace planar_chain

@@ -375,6 +375,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   throwAny(faults, value);
   noteRounding(scene);
   noteWeakFriction(scene);
+  noteStiffDampers(scene);
   return scene;
 }
 
