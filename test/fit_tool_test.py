@@ -279,6 +279,18 @@ class Bags(InFolder):
         for path, value in self.TRUE.items():
             self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-4, msg=path)
 
+    def test_pieces_without_a_status_are_told(self):
+        import rosbag  # pylint: disable=import-outside-toplevel
+        less = self.path("less.bag")
+        with rosbag.Bag(self.record()) as bag, rosbag.Bag(less, "w") as out:
+            for topic, message, stamp in bag.read_messages():
+                if not (topic.endswith("/status") and 150 <= message.tick <= 250):
+                    out.write(topic, message, stamp)
+        result = fit(self.ARM, less, list(self.TRUE))
+        self.assertEqual([name for name, _ in result.errors], ["less.bag, piece 1", "less.bag, piece 2"])
+        self.assertIn("less.bag: 1 of 3 pieces, of 99 states, hold no status and are left out: raise publish/status_rate",
+                      result.warnings)
+
     def test_a_bag_in_which_the_node_was_started_again_is_refused(self):
         import genpy  # pylint: disable=import-outside-toplevel
         import rosbag  # pylint: disable=import-outside-toplevel

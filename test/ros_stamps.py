@@ -6,13 +6,16 @@ import os
 import tempfile
 import unittest
 
+import numpy as np
 import rospy
 import rostest
+from planar_chain.msg import SimStatus
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 import bag_load
-from ros_node import Listener, Node, nanoseconds, rod
+from ros_node import Listener, Node, nanoseconds, rod, service, spinning
 
 
 class Stamps(unittest.TestCase):
@@ -45,6 +48,24 @@ class Stamps(unittest.TestCase):
         self.assertEqual(gaps, {2, 3})
         seconds = (transforms[-1] - transforms[0]) * 1e-9
         self.assertAlmostEqual((len(transforms) - 1) / seconds, 70, delta=0.7)
+
+    def test_a_measurement_from_before_a_pause_has_the_stamp_of_its_state(self):
+        states, measured = Listener('/joint_states', JointState), Listener('/planar_chain/arm', JointState)
+        statuses = Listener('/planar_chain/status', SimStatus)
+        with Node(rod(links=spinning(), sensors={'arm': {'joints': 'all', 'rate': 200.0, 'delay': 0.3}})):
+            measured.wait_for_count(50)
+            self.assertTrue(service('pause', Trigger)().success)
+            statuses.wait_for_count(len(statuses.messages) + 10)
+            self.assertTrue(service('resume', Trigger)().success)
+            measured.wait_for_count(len(measured.messages) + 100)
+        for one in (states, measured, statuses):
+            one.close()
+        self.assertGreater(max(np.diff([nanoseconds(state) for state in states.messages])), 0.3e9, 'the pause')
+        positions = {nanoseconds(state): state.position for state in states.messages}
+        first = min(positions)
+        for one in measured.messages:
+            if nanoseconds(one) > first:
+                self.assertEqual(one.position, positions[nanoseconds(one)])
 
     def test_rosbag_loses_and_doubles_nothing(self):
         # At 200 Hz rosbag's own queue of 100 messages lasts half a second, however busy the machine.

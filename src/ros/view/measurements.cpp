@@ -38,6 +38,7 @@ void copy(const double* from, geometry_msgs::Vector3& to) {
 Measurements::Measurements(Simulation& simulation, const std::string& node, const Frames& frames)
     : simulation_(simulation), frames_(frames) {
   for (const Sensor& sensor : simulation.scene().sensors) {
+    longestDelay_ = std::max(longestDelay_, sensor.delay);
     topics_.push_back(node + "/" + sensor.name);
     if (const auto* encoder = std::get_if<Encoder>(&sensor.kind)) {
       messages_.emplace_back(messageOf(*encoder, simulation.scene().chain));
@@ -47,9 +48,28 @@ Measurements::Measurements(Simulation& simulation, const std::string& node, cons
   }
 }
 
-ros::Time Measurements::stampOf(double measured, double now, ros::Time stamp) {
-  const auto ns = static_cast<std::int64_t>(stamp.toNSec()) - std::llround((now - measured) * 1e9);
+void Measurements::follow(const Stamped& tick) {
+  constexpr std::int64_t jump = 1000;                                     // ns; less is rounding
+  if (!ticks_.empty() && tick.time < ticks_.back().time) ticks_.clear();  // a reset
+  const Stamped before = ticks_.empty() ? tick : ticks_.back();
+  if (!ticks_.empty()) {
+    const auto ns = static_cast<std::int64_t>(stampOf(before.time, tick).toNSec());
+    if (std::abs(ns - static_cast<std::int64_t>(before.stamp.toNSec())) <= jump) ticks_.pop_back();
+  }
+  ticks_.push_back(tick);
+  while (ticks_.front().time < before.time - longestDelay_) ticks_.pop_front();
+}
+
+ros::Time Measurements::stampOf(double measured, const Stamped& later) {
+  const auto ns =
+      static_cast<std::int64_t>(later.stamp.toNSec()) - std::llround((later.time - measured) * 1e9);
   return timeOf(std::max<std::int64_t>(ns, 0));
+}
+
+ros::Time Measurements::stampOf(double measured) const {
+  const auto later = std::find_if(ticks_.begin(), ticks_.end(),
+                                  [measured](const Stamped& tick) { return tick.time >= measured; });
+  return stampOf(measured, later == ticks_.end() ? ticks_.back() : *later);
 }
 
 void Measurements::write(const Measurement& measurement, ros::Time stamp, Message& to) {

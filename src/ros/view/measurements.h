@@ -7,6 +7,7 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 
+#include <deque>
 #include <string>
 #include <variant>
 #include <vector>
@@ -17,8 +18,8 @@
 
 namespace planar_chain {
 
-/// A message is stamped with the time at which it was measured, from the stamp of the tick that delivers it.
-/// A stamp that is not after 0 is not sent.
+/// A message is stamped with the time at which it was measured, from the stamp of the next tick that had not
+/// jumped since: after a pause, the last before it. A stamp that is not after 0 is not sent.
 class Measurements {
  public:
   /// node: the full name of the publishing node. The simulation must outlive this.
@@ -38,9 +39,10 @@ class Measurements {
   template <class Visit>
   void forEach(const Ticks& ticks, long long tick, ros::Time stamp, Visit visit) {
     if (messages_.empty()) return;
+    follow({ticks.sceneTime(tick), stamp});
     for (const Measurement& measurement : simulation_.measure()) {
       const auto i = index(measurement.sensor);
-      const ros::Time measured = stampOf(measurement.time, ticks.sceneTime(tick), stamp);
+      const ros::Time measured = stampOf(measurement.time);
       if (measured.isZero()) continue;
       write(measurement, measured, messages_[i]);
       std::visit([&](auto& message) { visit(topics_[i], message); }, messages_[i]);
@@ -53,13 +55,22 @@ class Measurements {
  private:
   using Message = std::variant<sensor_msgs::JointState, sensor_msgs::Imu>;
 
-  static ros::Time stampOf(double measured, double now, ros::Time stamp);
+  struct Stamped {
+    double time;  ///< of the scene, s
+    ros::Time stamp;
+  };
+  /// Takes what a tick is stamped with.
+  void follow(const Stamped& tick);
+  static ros::Time stampOf(double measured, const Stamped& later);
+  ros::Time stampOf(double measured) const;
   static void write(const Measurement& measurement, ros::Time stamp, Message& to);
 
   Simulation& simulation_;
   Frames frames_;
   std::vector<std::string> topics_;
   std::vector<Message> messages_;  ///< of each sensor
+  double longestDelay_ = 0;        ///< s
+  std::deque<Stamped> ticks_;      ///< those before jumps of the stamps, and the last
 };
 
 }  // namespace planar_chain

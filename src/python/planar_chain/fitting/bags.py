@@ -29,7 +29,7 @@ def read_bag(path, scene, joints, effort=False, node=None):
     if effort and columns["effort"] is None:
         raise BadFit(f"{path}: expected an effort on {topic}, got none")
     require_one_run(path, below, statuses, taken)
-    pieces = pieces_of(path, stamps, statuses, taken)
+    pieces, left_out = pieces_of(path, stamps, statuses, taken)
     recordings = []
     for k, (inside, t, commands) in enumerate(pieces):
         name = os.path.basename(path) + (f", piece {k + 1}" if len(pieces) > 1 else "")
@@ -37,6 +37,7 @@ def read_bag(path, scene, joints, effort=False, node=None):
         loads = commanded(name, scene, joints, commands, t[0]) if not effort else {
             f"tau_{joint}": load for joint, column in zip(joints, torque.T) for load in [sampled_torque(name, joint, t - t[0], column)] if load}
         recordings.append(Recording(name, t - t[0], q, qd, loads, t[0]))
+    recordings[-1].cut = left_out
     return recordings
 
 
@@ -85,22 +86,26 @@ def ticks_of(path, stamps, statuses):
 
 
 def pieces_of(path, stamps, statuses, taken):
-    """For each piece between jumps of the state: its states, their times and the commands since the last reset.
+    """For each piece between jumps of the state: its states, their times and the commands since the last reset; and a sentence
+    on those that are left out.
 
     With a status, the time is the scene's; else it is that of the stamps, from 0."""
     if not statuses:
         if taken:
             raise BadFit(f"{path}: expected the node's status beside its commands_taken, got none")
-        return [(slice(0, len(stamps)), (stamps - stamps[0]) * 1e-9, [])]
+        return [(slice(0, len(stamps)), (stamps - stamps[0]) * 1e-9, [])], ""
     require_all(path, taken)
     require_last(path, statuses, taken)
     ticks = ticks_of(path, stamps, statuses)
     edges = [0, *sorted({message.tick for message in taken if kind_of(message) in JUMPS}), np.iinfo(np.int64).max]
-    pieces = []
+    pieces, without = [], []  # without a status: of so many states
     for first, last in zip(edges, edges[1:]):
         inside = slice(*np.searchsorted(ticks, [first, last]))
         times = {status.tick: status.scene_time for status in statuses if first <= status.tick < last and status.tick_stamp.to_nsec()}
-        if inside.stop - inside.start < 2 or not times:
+        if inside.stop - inside.start < 2:
+            continue
+        if not times:
+            without.append(inside.stop - inside.start)
             continue
         low, high = min(times), max(times)
         period = (times[high] - times[low]) / (high - low) if high > low else np.median(np.diff(stamps)) * 1e-9
@@ -110,7 +115,9 @@ def pieces_of(path, stamps, statuses, taken):
         pieces.append((inside, t, before[resets[-1] + 1 if resets else 0:]))
     if not pieces:
         raise BadFit(f"{path}: expected states between the jumps of the state, got none")
-    return pieces
+    left_out = (f"{os.path.basename(path)}: {len(without)} of {len(pieces) + len(without)} pieces, of {sum(without)} states, hold no "
+                "status and are left out: raise publish/status_rate") if without else ""
+    return pieces, left_out
 
 
 def kind_of(message):
