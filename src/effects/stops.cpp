@@ -210,9 +210,10 @@ class Stops : public Effect, public Switching {
       return 1;
 
     // The quintic may be wrong by as much as it differs from the cubic.
-    const auto [atStart, atEnd] = step.course->accelerationsAtEnds();
-    const double a0 = sign * stop.speed(atStart.data()) * (h * h);
-    const double a1 = sign * stop.speed(atEnd.data()) * (h * h);
+    const auto bendAt = [&](double t) {
+      return sign * stop.speed(step.course->accelerationsAt(t).data()) * (h * h);
+    };
+    const double a0 = bendAt(step.t), a1 = bendAt(step.t + h);
     const auto due = [&](double top) {
       Bezier x = bezier({x0, v0, a0}, {x1, v1, a1}, top);
       const Bezier slope = slopeOf(x);

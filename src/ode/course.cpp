@@ -14,14 +14,13 @@ Course::Course(SeriesSystem& f)
       bend_(n_),
       increment_(2 * n_),
       restored_(f.size()),
-      accelerations_(restored_),
-      atStart_(restored_),
-      atEnd_(restored_),
       bendInOrder_(restored_),
       at_(f.arrangedSize()),
       rates_(at_),
       error_(at_),
       slope_(at_) {
+  for (Accelerations& one : accelerations_) one.values = restored_;
+  forgetStates();
   slope_.setZero();
   within_ = State(f.arrangedSize());
   for (End* end : {&start_, &end_}) {
@@ -49,7 +48,7 @@ void Course::startAt(const State& from) {
 void Course::forget() {
   start_.isKnown = end_.isKnown = false;
   polynomial_ = nullptr;
-  time_ = timeRestored_ = std::numeric_limits<double>::quiet_NaN();
+  forgetStates();
 }
 
 void Course::take(const State& from, const State& to, Integrator* polynomial) {
@@ -59,7 +58,14 @@ void Course::take(const State& from, const State& to, Integrator* polynomial) {
   isBent_ = isTurnKnown_ = false;
   h_ = to.t - from.t;
   turn_ = (to.y.head(n_) - from.y.head(n_)) + (to.carry.head(n_) - from.carry.head(n_));
-  time_ = timeRestored_ = std::numeric_limits<double>::quiet_NaN();
+  forgetStates();
+}
+
+void Course::forgetStates() {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  time_ = timeRestored_ = none;
+  for (Accelerations& known : accelerations_) known.t = none;
+  isBendInOrder_ = false;
 }
 
 void Course::evaluate(End& end) const {
@@ -141,42 +147,43 @@ const Vector& Course::arrangedAt(double t) const {
 }
 
 const Eigen::VectorXd& Course::accelerationsAt(double t) const {
+  for (const Accelerations& known : accelerations_) {
+    if (known.t == t) return known.values;
+  }
   if (polynomial_) {
     constexpr double share = 1e-4;  // of the step: beside it, the difference has an error of 1e-8
     const double to = t + share * h_, from = t - share * h_;
     slope_.head(n_) = arrangedAt(to).segment(n_, n_);
     slope_.head(n_) = (slope_.head(n_) - arrangedAt(from).segment(n_, n_)) / (to - from);
-    f_.restore(slope_.data(), accelerations_.data());
-    return accelerations_;
+  } else {
+    findRates();
+    const double h = h_, s = (t - start_.state.t) / h, s2 = s * s, s3 = s2 * s;
+    if (t == start_.state.t) {
+      slope_.head(n_) = start_.rates(n_);
+    } else if (t == end_.state.t) {
+      slope_.head(n_) = end_.rates(n_);
+    } else {
+      slope_.head(n_) = 60 / (h * h) * (s - s2) * (1 - 2 * s) * turn_ +
+                        12 / h * (8 * s2 - 3 * s - 5 * s3) * start_.state.y.segment(n_, n_) +
+                        12 / h * (7 * s2 - 2 * s - 5 * s3) * end_.state.y.segment(n_, n_) +
+                        (1 - 9 * s + 18 * s2 - 10 * s3) * start_.rates(n_) +
+                        (3 * s - 12 * s2 + 10 * s3) * end_.rates(n_);
+    }
   }
-  findRates();
-  const double h = h_, s = (t - start_.state.t) / h, s2 = s * s, s3 = s2 * s;
-  slope_.head(n_) = 60 / (h * h) * (s - s2) * (1 - 2 * s) * turn_ +
-                    12 / h * (8 * s2 - 3 * s - 5 * s3) * start_.state.y.segment(n_, n_) +
-                    12 / h * (7 * s2 - 2 * s - 5 * s3) * end_.state.y.segment(n_, n_) +
-                    (1 - 9 * s + 18 * s2 - 10 * s3) * start_.rates(n_) +
-                    (3 * s - 12 * s2 + 10 * s3) * end_.rates(n_);
-  f_.restore(slope_.data(), accelerations_.data());
-  return accelerations_;
-}
-
-template <class Values>
-void Course::restore(const Values& ofPlaces, Eigen::VectorXd& out) const {
-  slope_.head(n_) = ofPlaces;
-  f_.restore(slope_.data(), out.data());
-}
-
-std::pair<const Eigen::VectorXd&, const Eigen::VectorXd&> Course::accelerationsAtEnds() const {
-  findRates();
-  restore(start_.rates(n_), atStart_);
-  restore(end_.rates(n_), atEnd_);
-  return {atStart_, atEnd_};
+  next_ = (next_ + 1) % accelerations_.size();
+  Accelerations& found = accelerations_[next_];
+  f_.restore(slope_.data(), found.values.data());
+  found.t = t;
+  return found.values;
 }
 
 const Eigen::VectorXd& Course::bend() const {
+  if (isBendInOrder_) return bendInOrder_;
   findRates();
   findBend();
-  restore(bend_, bendInOrder_);
+  slope_.head(n_) = bend_;
+  f_.restore(slope_.data(), bendInOrder_.data());
+  isBendInOrder_ = true;
   return bendInOrder_;
 }
 

@@ -8,8 +8,9 @@
 /// p is the quintic through θ, ω and α at both ends. α(½) is f's at its state in the middle. The error of ω
 /// is of order h⁵ by the quintic, and h⁶ with d g. So d g is larger than the error that is left.
 
+#include <array>
+#include <cstddef>
 #include <limits>
-#include <utility>
 
 #include "ode/system.h"
 
@@ -39,11 +40,9 @@ class Course {
   /// [θ ω] at t within the step, and the works at its start, not arranged. Valid until the next call. In the
   /// middle d g is left out.
   const Eigen::VectorXd& at(double t) const;
-  /// α at t within the step, by p'', in the order of at(). Valid until the next call.
+  /// α at t within the step, by p'', in the order of at(). Valid for two more calls.
   const Eigen::VectorXd& accelerationsAt(double t) const;
-  /// α at the start and at the end, in the order of at(). Valid until the next take().
-  std::pair<const Eigen::VectorXd&, const Eigen::VectorXd&> accelerationsAtEnds() const;
-  /// d, likewise.
+  /// d, in the order of at(). Valid until the next take().
   const Eigen::VectorXd& bend() const;
   /// A bound of the error there, arranged: d g and d g'.
   const Vector& errorAt(double t) const;
@@ -62,8 +61,7 @@ class Course {
   void evaluate(End& end) const;
   void findRates() const;
   void findBend() const;
-  template <class Values>
-  void restore(const Values& ofPlaces, Eigen::VectorXd& out) const;
+  void forgetStates();
   double middle() const { return start_.state.t + h_ / 2; }
 
   SeriesSystem& f_;
@@ -75,8 +73,14 @@ class Course {
   mutable bool isBent_ = false;  ///< bend_ is known
   Integrator* polynomial_ = nullptr;
   mutable State within_;  ///< of the polynomial
-  mutable Eigen::VectorXd bend_, increment_, restored_, accelerations_;
-  mutable Eigen::VectorXd atStart_, atEnd_, bendInOrder_;           ///< α_0, α_1, d
+  mutable Eigen::VectorXd bend_, increment_, restored_, bendInOrder_;
+  mutable bool isBendInOrder_ = false;
+  struct Accelerations {
+    double t;
+    Eigen::VectorXd values;
+  };
+  mutable std::array<Accelerations, 3> accelerations_;  ///< the last ones: at both ends and in the middle
+  mutable std::size_t next_ = 0;                        ///< of these
   mutable double time_ = std::numeric_limits<double>::quiet_NaN();  ///< of at_
   mutable double timeRestored_ = time_;                             ///< of restored_
   mutable Vector at_, rates_, error_, slope_;
