@@ -346,6 +346,7 @@ TEST(Friction, BesideAStiffDamperIsNotedWithTheRateToleranceThatDecidesRightly) 
       "should stick: set integrator/rate_tolerance to 1e-07");
   EXPECT_TRUE(fine.notes.empty());
   EXPECT_TRUE(sceneOf("tolerance: 1e-9").notes.empty());
+  EXPECT_TRUE(sceneOf("tolerance: 1e-6, method: rk4").notes.empty());
   constexpr double held = 0.0146744778;  // by dop853 and radau13 at 1e-11
   EXPECT_NEAR(angleAfter(fine), held, 1e-7);
   EXPECT_NEAR(angleAfter(sceneOf("tolerance: 1e-9, method: radau13")), held, 1e-8);

@@ -60,11 +60,11 @@ void noteStiffDampers(Scene& scene) {
   double least = std::numeric_limits<double>::infinity(), most = 0;
   const Joint *weakest = nullptr, *stiffest = nullptr;
   for (const Joint& joint : joints) {
-    const double breakaway = std::max(joint.other("friction"), joint.other("breakaway"));
-    if (mayStick(joint) && breakaway < least) {
-      least = breakaway;
-      weakest = &joint;
-    }
+    // Without more breakaway than friction it sticks soon after.
+    const double breakaway = joint.other("breakaway");
+    if (!(breakaway > joint.other("friction")) || breakaway >= least) continue;
+    least = breakaway;
+    weakest = &joint;
   }
   for (const Joint& joint : joints) {
     if (&joint == weakest || joint.damping <= most) continue;
