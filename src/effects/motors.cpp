@@ -98,7 +98,8 @@ class Motor {
   double zeroWithin(const ode::Stretch& of) const;
 
   /// l
-  double limitAt(double side, double rate) const { return limit_ - side * slope_ * rate; }
+  double limitAt(double side, double rate) const { return limitAt(side, rate, limit_); }
+  double limitAt(double side, double rate, double atRest) const { return atRest - side * slope_ * rate; }
   double signOf(double x) const { return x < 0 || (x == 0 && u_ < 0) ? -1 : 1; }
   /// Two functions of x and q̇, N m. A change is due where one is positive; from `free` only if s x is, too.
   double gap(int which, double x, double rate) const { return gap(which, x, rate, limit_); }
@@ -106,9 +107,9 @@ class Motor {
   double gap(int which, double x, double rate, double limitAtRest) const {
     if (place_ == Place::free) {
       const double side = which == 0 ? 1 : -1;
-      return side * x - (limitAtRest - side * slope_ * rate);
+      return side * x - limitAt(side, rate, limitAtRest);
     }
-    const double limit = limitAtRest - side_ * slope_ * rate;
+    const double limit = limitAt(side_, rate, limitAtRest);
     if (place_ == Place::line) return which == 0 ? limit - side_ * x : -limit;
     return which == 0 ? limit : -side_ * x;
   }
@@ -292,13 +293,14 @@ class MotorCommands final : public CommandEffect, public Switching {
     isLagging_ = act_ = false;
     for (Motor& motor : motors_) {
       motor.command(t, torqueAt(t, index(motor.q.joint)));
-      if (motor.isLagging(t)) {
+      const bool isLagging = motor.isLagging(t);
+      if (isLagging) {
         isLagging_ = true;
         stepAtMost(longestByLags * motor.lag());
         const double end = t + (lagsToTheEnd + 1) * motor.lag();
         if (end > t) endBy(end);
       }
-      act_ = act_ || motor.isLagging(t) || motor.lagged(t) != 0;
+      act_ = act_ || isLagging || motor.lagged(t) != 0;
     }
   }
   bool hasMotor(int joint) const override { return joint != Load::none && has_[index(joint)]; }

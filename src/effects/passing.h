@@ -49,14 +49,6 @@ inline double passing(const Due& begin, const Due& half, const Due& end) {
   return early < 1 ? early / 2 : (1 + late) / 2;
 }
 
-/// True if what is due may be above 0 within, so far as these three values tell: in most stretches it is not,
-/// and that is known for little.
-inline bool mayBeAbove(double g0, double gm, double g1) {
-  constexpr double farther = 4;
-  const auto [least, most] = std::minmax({g0, gm, g1});
-  return most + farther * (most - least) > 0;
-}
-
 /// The same of the parabola through g0, gm, g1 at 0, ½, 1, without noise.
 inline double passing(double g0, double gm, double g1) {
   const bool risesAndFalls = 4 * gm > 3 * g0 + g1 && 4 * gm > g0 + 3 * g1;
@@ -64,6 +56,14 @@ inline double passing(double g0, double gm, double g1) {
   const double bend = 2 * (g0 - 2 * gm + g1), slope = 4 * gm - 3 * g0 - g1;
   const double s = -slope / (2 * bend);
   return mayPass(std::max(g0, g1), g0 + s * (slope + s * bend), 0) ? s : 1;
+}
+
+/// True if what is due may be above 0 within, so far as these three values tell: in most stretches it is not,
+/// and that is known for little.
+inline bool mayBeAbove(double g0, double gm, double g1) {
+  constexpr double farther = 4;
+  const auto [least, most] = std::minmax({g0, gm, g1});
+  return most + farther * (most - least) > 0;
 }
 
 /// The Bézier points of a polynomial: it lies between the least and the largest.

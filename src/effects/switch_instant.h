@@ -132,10 +132,8 @@ class SwitchInstant {
     double first = 1;
     for (const int i : joints_.joints()) {
       if (!joints_.slides(i)) continue;
-      if (half[i] > 0 && end[i] <= 0) first = std::min(first, 0.5);
-      const double early = passing(cubic(begin[i], atBegin[i], half[i], atHalf[i]), 0);
-      const double late = passing(cubic(half[i], atHalf[i], end[i], atEnd[i]), 0);
-      first = std::min(first, early < 1 ? early / 2 : (1 + late) / 2);
+      first = std::min(first, passing(Due{begin[i], 2 * atBegin[i]}, Due{half[i], 2 * atHalf[i]},
+                                      Due{end[i], 2 * atEnd[i]}));
     }
     return first;
   }
