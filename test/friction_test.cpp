@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -322,34 +323,43 @@ TEST(Friction, TooWeakForTheToleranceIsNoted) {
 }
 
 /// The damper of c is so stiff that the error of its rate decides whether a sticks: then it slides on.
-TEST(Friction, BesideAStiffDamperIsNotedWithTheRateToleranceThatDecidesRightly) {
-  const auto sceneOf = [](const std::string& integrator) {
+TEST(Friction, BesideAStiffDamperSticksWhereItShould) {
+  // a comes to rest pressed with 0.95 of its breakaway torque. Held by dop853 and radau13 at 1e-11.
+  struct Case {
+    const char *c, *friction;
+    double velocity, held;
+  };
+  const auto sceneOf = [](const Case& of, const std::string& integrator) {
     return readSceneText(
         "chain: [a, b, c]\ngravity: [0, 0]\nlinks:\n"
-        "  a: {mass: 1, inertia: 0.1, com: [0, 0], pin: [0.5, 0], joint: {friction: 0.6, breakaway: 2.0}, "
-        "initial: {velocity: 0.24}}\n"
+        "  a: {mass: 1, inertia: 0.1, com: [0, 0], pin: [0.5, 0], joint: {" +
+        std::string(of.friction) + "}, initial: {velocity: " + std::to_string(of.velocity) +
+        "}}\n"
         "  b: {mass: 0.5, inertia: 0.1, com: [0, 0], pin: [0.5, 0], joint: {rotor_inertia: 1}}\n"
-        "  c: {mass: 1, inertia: 0.05, com: [0.3, 0], pin: [0.5, 0], joint: {damping: 15000}}\n"
-        "loads: {u: {joint: a_joint, torque: -1.9}}\nintegrator: {" +
-        integrator + "}\n");
+        "  c: {mass: 1, inertia: 0.05, com: [0.3, 0], pin: [0.5, 0], joint: {" +
+        of.c + "}}\nloads: {u: {joint: a_joint, torque: -1.9}}\nintegrator: {" + integrator + "}\n");
   };
-  const auto angleAfter = [](const Scene& scene) {
-    Simulation simulation(scene);
-    EXPECT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
-    return simulation.q()[0];
-  };
-  const Scene loose = sceneOf("tolerance: 1e-6"), fine = sceneOf("tolerance: 1e-6, rate_tolerance: 1e-7");
-  ASSERT_EQ(loose.notes.size(), 1u);
-  EXPECT_EQ(
-      toString(loose.notes[0]),
-      "links/c/joint/damping: is large beside the breakaway torque in a_joint, which may slide on where it "
-      "should stick: set integrator/rate_tolerance to 1e-07");
-  EXPECT_TRUE(fine.notes.empty());
-  EXPECT_TRUE(sceneOf("tolerance: 1e-9").notes.empty());
-  EXPECT_TRUE(sceneOf("tolerance: 1e-6, method: rk4").notes.empty());
-  constexpr double held = 0.0146744778;  // by dop853 and radau13 at 1e-11
-  EXPECT_NEAR(angleAfter(fine), held, 1e-7);
-  EXPECT_NEAR(angleAfter(sceneOf("tolerance: 1e-9, method: radau13")), held, 1e-8);
+  const char* brake = "friction: 0.6, breakaway: 2";
+  for (const Case& of : {Case{"damping: 15000", brake, 0.24, 0.014674477806},
+                         Case{"stiffness: 3e+5, damping: 5000", brake, 0.24, 0.014674931718}}) {
+    for (const char* method : {"auto", "rodas5p", "radau13"}) {
+      for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
+        std::ostringstream integrator;
+        integrator << "method: " << method << ", tolerance: " << tolerance;
+        Simulation simulation(sceneOf(of, integrator.str()));
+        EXPECT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
+        EXPECT_NEAR(simulation.q()[0], of.held, 2 * tolerance) << of.c << ", " << integrator.str();
+      }
+    }
+  }
+  // Only the scenes that need it pay for it.
+  const Case needs{"damping: 15000", brake, 0.24, 0},
+      sticksSoonAfter{"damping: 15000", "friction: 2", 0.24, 0};
+  EXPECT_EQ(sceneOf(needs, "tolerance: 1e-6").integrator.rateTolerance, 3e-4 * 2 / 15000);
+  EXPECT_EQ(sceneOf(needs, "tolerance: 1e-6, rate_tolerance: 1e-3").integrator.rateTolerance, 1e-3);
+  EXPECT_FALSE(sceneOf(needs, "tolerance: 1e-9").integrator.rateTolerance);
+  EXPECT_FALSE(sceneOf(needs, "tolerance: 1e-6, method: rk4").integrator.rateTolerance);
+  EXPECT_FALSE(sceneOf(sticksSoonAfter, "tolerance: 1e-6").integrator.rateTolerance);
 }
 
 /// A joint that comes to rest with a rate of exactly 0 sticks there, not where it was at rest before.

@@ -47,6 +47,12 @@ void Radau::step(double t, double h, const Vector& y) {
     // Rates count in full here: with coarser stages the error estimate is meaningless.
     perExactEnough_[i] = 1 / std::max(share * allowedOf(std::min(most, allowance.most)), lost);
   }
+  // Works without an error estimate are sums of squares of rates: where those need one iteration, they need
+  // two.
+  for (Eigen::Index i = allowed_.size(); i < y.size(); ++i) {
+    const double size = std::max(tolerance_.unitOfWork, std::abs(y[i]));
+    perExactEnough_[i] = 1 / (std::max(newtonShare * tolerance_.value, 2 * epsilon) * size);
+  }
   hTried_ = h;
   carryOn(h);
   const double excess = solveStages(t, h, y);

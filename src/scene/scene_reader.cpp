@@ -13,7 +13,7 @@
 #include "planar_chain/urdf_reader.h"
 #include "reading/names.h"
 #include "reading/section.h"
-#include "scene/accuracy_notes.h"
+#include "scene/accuracy.h"
 #include "scene/link_reader.h"
 #include "scene/scene_numbers.h"
 #include "scene/sensors_reader.h"
@@ -373,9 +373,9 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   requireSeries(scene, top);
   if (closeStart(scene, top) && startsAtRest) startAtRest(scene, top);
   throwAny(faults, value);
+  boundRates(scene);
   noteRounding(scene);
   noteWeakFriction(scene);
-  noteStiffDampers(scene);
   return scene;
 }
 

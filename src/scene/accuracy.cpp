@@ -1,4 +1,4 @@
-#include "scene/accuracy_notes.h"
+#include "scene/accuracy.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -51,36 +51,20 @@ void noteWeakFriction(Scene& scene) {
   scene.notes.back().more = static_cast<int>(weak.size()) - 1;
 }
 
-void noteStiffDampers(Scene& scene) {
-  // As shares of the least breakaway torque: where joints have stuck wrongly, and where none has.
-  constexpr double mayCount = 1e-4, countsNot = 1e-3;
-  const IntegratorSettings& settings = scene.integrator;
+void boundRates(Scene& scene) {
+  constexpr double mayCount = 1e-4, countsNot = 3e-4, nearRounding = 1e-12;
+  IntegratorSettings& settings = scene.integrator;
   if (ode::hasFixedStep(settings.method) || settings.rateTolerance) return;
-  const std::vector<Joint>& joints = scene.chain.joints();
-  double least = std::numeric_limits<double>::infinity(), most = 0;
-  const Joint *weakest = nullptr, *stiffest = nullptr;
-  for (const Joint& joint : joints) {
-    // Without more breakaway than friction it sticks soon after.
-    const double breakaway = joint.other("breakaway");
-    if (!(breakaway > joint.other("friction")) || breakaway >= least) continue;
-    least = breakaway;
-    weakest = &joint;
+  double breakaway = std::numeric_limits<double>::infinity(), damping = 0;
+  for (const Joint& joint : scene.chain.joints()) {
+    // Without more breakaway than friction a joint that slides on sticks soon after.
+    const double torque = joint.other("breakaway");
+    if (torque > joint.other("friction")) breakaway = std::min(breakaway, torque);
+    damping = std::max(damping, joint.damping);
   }
-  for (const Joint& joint : joints) {
-    if (&joint == weakest || joint.damping <= most) continue;
-    most = joint.damping;
-    stiffest = &joint;
-  }
-  if (!weakest || !stiffest || !(most * settings.tolerance > mayCount * least)) return;
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "is large beside the breakaway torque in %s, which may slide on where it should stick: set "
-                "integrator/rate_tolerance to %.0e",
-                weakest->name.c_str(), countsNot * least / most);
-  scene.notes.push_back({"links/" +
-                             scene.chain.links()[index(static_cast<int>(stiffest - joints.data()))].name +
-                             "/joint/damping",
-                         text});
+  if (settings.tolerance * damping <= mayCount * breakaway) return;
+  settings.rateTolerance =
+      std::min(settings.tolerance, std::max(countsNot * breakaway / damping, nearRounding));
 }
 
 }  // namespace planar_chain

@@ -1,0 +1,25 @@
+#pragma once
+
+/// How exact the rates of a scene must be, and notes where it is less accurate than its tolerance, or leaves
+/// something out.
+
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+/// If a link is so heavy between lighter ones and a free or held end that rounding exceeds the tolerance: the
+/// acceleration of what is light then has the error 1e-16 of the ratio of the masses.
+void noteRounding(Scene& scene);
+
+/// If friction is so weak that it is left out (stick_slip.h).
+void noteWeakFriction(Scene& scene);
+
+/// Sets the rate_tolerance that the scene does not give, if the error of a rate, times a damping, might
+/// decide whether a joint with breakaway sticks:
+///
+///     min(tolerance, max(3e-4 M_b / d, 1e-12 rad/s))    M_b: the least breakaway torque, d: the most damping
+///
+/// Nothing is set where tolerance · d ≤ M_b / 10000: no joint has stuck wrongly there.
+void boundRates(Scene& scene);
+
+}  // namespace planar_chain
