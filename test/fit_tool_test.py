@@ -291,6 +291,14 @@ class Bags(InFolder):
         self.assertIn("less.bag: 1 of 3 pieces, of 99 states, hold no status and are left out: raise publish/status_rate",
                       result.warnings)
 
+    def test_pieces_shorter_than_the_first_window_are_told(self):
+        result = fit(self.ARM, self.record(), list(self.TRUE), windows=(1.2, 2.4))
+        self.assertEqual([name for name, _ in result.errors], ["run.bag, piece 1", "run.bag, piece 3"])
+        self.assertIn("run.bag, piece 2: left out, with fewer than 10 samples or shorter than 1.2 s, the first window (--windows)",
+                      result.warnings)
+        with self.assertRaisesRegex(BadFit, "run.bag, piece 1: expected at least 3 s, the first window"):
+            fit(self.ARM, self.record(), list(self.TRUE), windows=(3,))
+
     def test_a_bag_in_which_the_node_was_started_again_is_refused(self):
         import genpy  # pylint: disable=import-outside-toplevel
         import rosbag  # pylint: disable=import-outside-toplevel

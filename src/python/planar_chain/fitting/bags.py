@@ -37,6 +37,7 @@ def read_bag(path, scene, joints, effort=False, node=None):
         loads = commanded(name, scene, joints, commands, t[0]) if not effort else {
             f"tau_{joint}": load for joint, column in zip(joints, torque.T) for load in [sampled_torque(name, joint, t - t[0], column)] if load}
         recordings.append(Recording(name, t - t[0], q, qd, loads, t[0]))
+        recordings[-1].is_piece = len(pieces) > 1
     recordings[-1].cut = left_out
     return recordings
 

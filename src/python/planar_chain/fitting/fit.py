@@ -14,7 +14,8 @@ from .deviations import Deviations
 from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
-from .recordings import BadFit, Recording, from_arrays, is_number, read_csv, require_angles, require_motion, require_radians, require_samples
+from .recordings import (BadFit, Recording, from_arrays, is_number, long_enough, read_csv, require_angles, require_motion, require_radians,
+                         require_samples)
 from .report import as_text
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .unread import ENDINGS
@@ -119,8 +120,9 @@ def is_bag(one):
     return isinstance(one, (str, os.PathLike)) and os.fspath(one).endswith(ENDINGS)
 
 
-def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces=None):
-    """data: a path, a Recording, a dict of arrays, or a list of these. pieces: s, about how long a piece is; None: all is one."""
+def recordings_of(data, scene, least, effort=False, node=None, many_turns=False, pieces=None):
+    """data: a path, a Recording, a dict of arrays, or a list of these. least: s, of a piece of a bag. pieces: s, about how long a piece is;
+    None: all is one."""
     values, joints, recordings, arrays = scene.to_dict(), scene.joints, [], {}
     for k, one in enumerate(data if isinstance(data, (list, tuple)) else [data]):
         if isinstance(one, Recording):
@@ -142,7 +144,7 @@ def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces
             for recording in read:
                 require_radians(recording, joints, scene.slides)
         recordings += read
-    recordings = [recording.without_rest() for recording in recordings]
+    recordings = long_enough([recording.without_rest() for recording in recordings], least)
     if pieces is not None:
         recordings = [piece for recording in recordings for piece in recording.pieces(pieces)]
     for recording in recordings:
@@ -170,15 +172,17 @@ def require_pieces(seconds):
         raise BadFit(f"--pieces: expected a time > 0 s, got {seconds!r}")
 
 
-def windows_of(recordings, windows):
-    """windows as a list that suits the recordings."""
+def windows_of(windows):
     ends = list(windows) if np.iterable(windows) else []
     if not ends or not all(is_number(end) and 0 < end < math.inf for end in ends) or ends != sorted(set(ends)):
         raise BadFit(f"--windows: expected increasing times > 0, in s, got {windows!r}")
-    for recording in recordings:
-        if recording.duration < ends[0]:
-            raise BadFit(f"{recording.name}: expected at least {ends[0]:g} s, the first window (--windows), got {recording.duration:g} s")
     return ends
+
+
+def require_first_window(recordings, least):
+    for recording in recordings:
+        if recording.duration < least:
+            raise BadFit(f"{recording.name}: expected at least {least:g} s, the first window (--windows), got {recording.duration:g} s")
 
 
 def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effort=False, node=None, many_turns=False,
@@ -202,9 +206,10 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
         numbers = numbers_of(scene, vary)
         require_pieces(pieces)
         require_once(recordings)
-        data = recordings_of(recordings, scene, effort, node, many_turns, pieces)
-        unseen = recordings_of(predict, scene, effort, node, many_turns, pieces) if predict else []
-        windows = windows_of([*data, *unseen], windows)
+        windows = windows_of(windows)
+        data = recordings_of(recordings, scene, windows[0], effort, node, many_turns, pieces)
+        unseen = recordings_of(predict, scene, windows[0], effort, node, many_turns, pieces) if predict else []
+        require_first_window([*data, *unseen], windows[0])
         values = scene.to_dict()
         require_motion(data, scene.joints, [drive_of(values, link) for link in joint_links(values)])
         require_delay(delay, data)

@@ -56,9 +56,9 @@ class Recording:
 
     t: s, N, the first is 0, increasing. q: rad, N × n in the scene's order of joints, NaN where nothing was measured. qd: rad/s, N × n or
     None. loads: what acted, as entries of a scene's `loads`, in this t. start: t of the scene's own laws at t = 0, s. rested: s, the rest
-    that was cut before it. cut: words, if a number at its end may be cut off."""
+    that was cut before it. cut: words, if a number at its end may be cut off, or on what was left out. is_piece: of a bag with jumps."""
 
-    rested, cut = 0.0, ""
+    rested, cut, is_piece = 0.0, "", False
 
     def __init__(self, name, t, q, qd=None, loads=None, start=0.0):
         self.name, self.start, self.loads = name, float(start), dict(loads or {})
@@ -112,7 +112,7 @@ class Recording:
         name = f"{self.name}, {shift:g} to {self.t[last - 1]:g} s"
         part = Recording(name, self.t[first:last] - shift, self.q[first:last],
                          None if self.qd is None else self.qd[first:last], loads, self.start + shift)
-        part.cut = self.cut if last == len(self) else ""
+        part.cut, part.is_piece = self.cut if last == len(self) else "", self.is_piece
         return part
 
 
@@ -142,6 +142,19 @@ def require_stamps(path, t, places):
     for k in np.flatnonzero(np.diff(t) <= 0)[:1] + 1:
         raise BadFit(f"{path}: {places(k)}: expected a time after {t[k - 1]:.12g} s, got {t[k]:.12g} s"
                      + (", a repeated stamp" if t[k] == t[k - 1] else ", an unsorted stamp"))
+
+
+def long_enough(recordings, least):
+    """Those that can be fitted. Pieces of bags that are shorter are left out, as the last one tells; if there is nothing else, none is.
+
+    least: s."""
+    short = [one for one in recordings if one.is_piece and (len(one) < LEAST_SAMPLES or one.duration < least)]
+    rest = [one for one in recordings if one not in short]
+    if short and rest:
+        words = (f"{', '.join(one.name for one in short)}: left out, with fewer than {LEAST_SAMPLES} samples or shorter than {least:g} s, "
+                 "the first window (--windows)")
+        rest[-1].cut = "; ".join(filter(None, [*(one.cut for one in (*short, rest[-1])), words]))
+    return rest or recordings
 
 
 def require_samples(name, t, arrays, joints):
