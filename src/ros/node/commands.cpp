@@ -74,14 +74,14 @@ void Commands::listen(ros::NodeHandle node) {
 }
 
 void Commands::serve() {
-  while (wait()) takeNext();
+  while (haveWaiting()) takeNext();
   queue_.callAvailable();
 }
 
 void Commands::serveAtItsPace() {
   if (!areRecorded()) return serve();
   collect();
-  while (wait() && rests_.allowOne()) takeNext();
+  while (haveWaiting() && rests_.allowOne()) takeNext();
 }
 
 void Commands::takeNext() {

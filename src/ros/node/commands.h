@@ -66,7 +66,7 @@ class Commands {
   /// wait.
   void serveAtItsPace();
   /// True if messages wait, outside ticks too.
-  bool wait() const { return !waiting_.empty(); }
+  bool haveWaiting() const { return !waiting_.empty(); }
   /// During a long tick: messages that have arrived wait for serve(). roscpp would drop the oldest without a
   /// word; here those that do not fit into 64 MiB are refused.
   void collect();

@@ -203,7 +203,7 @@ void Node::run(bool (*keepGoing)()) {
     isClockRunning_ = !isHalted;
     const double wait = isHalted ? longestWait : runDueTicks();
     if (paused_) showSetState();
-    const double longest = commands_.wait() ? shortWait : longestWait;
+    const double longest = commands_.haveWaiting() ? shortWait : longestWait;
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longest)));
     commands_.serveAtItsPace();
   }
