@@ -346,6 +346,26 @@ TEST(Exponential, IsThatOfTheLibrary) {
   EXPECT_EQ(simd::exp(-forever), 0);
 }
 
+/// On a base, implicit methods ask how fast the torque of the first joint changes: not before the command.
+TEST(Motor, OnABaseThatTurnsIsSmoothFromACommandOn) {
+  for (const char* motor : {"effort_limit: 8, motor: {no_load_speed: 20}", "motor: {time_constant: 1e-6}"}) {
+    for (const char* method : {"auto", "radau13", "rodas5p", "ros34pw2", "ros34pw2_fixed"}) {
+      const Scene scene = readSceneText(
+          "chain: [a]\nbase: {angle: {amplitude: 0.3, frequency: 1}}\nlinks: {a: {mass: 1, inertia: 0.1, "
+          "com: "
+          "[0.5, 0], pin: [1, 0], joint: {" +
+          std::string(motor) + "}, initial: {angle: 0.9}}}\nintegrator: {tolerance: 1e-6, method: " + method +
+          "}\n");
+      Simulation simulation(scene, 1);
+      simulation.addTorque(0, 1, 10, 0.3);
+      EXPECT_TRUE(simulation.advanceTo(0.4)) << simulation.fault();
+      EXPECT_LT(simulation.statistics().steps, 1500) << motor << ", " << method;
+      EXPECT_EQ(simulation.statistics().rescues, 0) << motor << ", " << method;
+      EXPECT_NEAR(simulation.energyBalance().residual, 0, 1e-6) << motor << ", " << method;
+    }
+  }
+}
+
 /// Friction swallows the motor's torque. The other joint turns on the moving base as without it.
 TEST(Motor, ThatLagsInAJointThatIsHeldMovesNothing) {
   for (const char* method : {"auto", "taylor", "dop853", "radau13"}) {

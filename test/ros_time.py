@@ -316,6 +316,19 @@ class Time(unittest.TestCase):
         for k, state in enumerate(self.states.messages):
             self.assertAlmostEqual(state.position[0], k * 0.005, delta=1e-12)
 
+    def test_no_measurement_is_lost_where_a_clock_jumps_to_its_beginning(self):
+        measured = self.listen('/planar_chain/arm', JointState)
+        with sim_time(), Node(rod(links=spinning(), sensors={'arm': {'joints': 'all', 'rate': 2000.0}})):
+            conductor = self.conductor()
+            for ns in 10 ** 10, 10 ** 6:
+                conductor.set(ns)
+                self.wait_for_stamp(ns)
+            measured.wait_for_count(11)
+        # On the new clock, nine would have been before its beginning: they have the time of the old one.
+        self.assertEqual([nanoseconds(one) for one in measured.messages], [10 ** 10 + k * 500000 for k in range(9)] + [500000, 10 ** 6])
+        for k, one in enumerate(measured.messages):
+            self.assertAlmostEqual(one.position[0], k * 0.0005, delta=1e-12)
+
     def test_a_clock_near_the_end_of_time_is_no_end_of_the_node(self):
         with sim_time(), Node(rod(links=spinning())):
             conductor = self.conductor()

@@ -31,6 +31,7 @@ class Motor {
 
   /// u from t on.
   void command(double t, double u) {
+    if (lagged(t) == u_) x0_ = u_;  // it has arrived, and stays for times before t too
     if (u == u_) return;
     x0_ = lagged(t);
     t0_ = t;
@@ -44,7 +45,7 @@ class Motor {
   /// x at t, N m.
   double lagged(double t) const {
     const bool isOver = !(t - t0_ < lagsToTheEnd * lag_);
-    return isOver ? u_ : u_ + (x0_ - u_) * simd::exp(-(t - t0_) / lag_);
+    return lag_ == 0 || isOver ? u_ : u_ + (x0_ - u_) * simd::exp(-(t - t0_) / lag_);
   }
   double rate(double t) const { return lag_ > 0 ? (u_ - lagged(t)) / lag_ : 0; }
   /// True if x changes from t on.

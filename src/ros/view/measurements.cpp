@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 
 namespace planar_chain {
 
@@ -60,16 +61,17 @@ void Measurements::follow(const Stamped& tick) {
   while (ticks_.front().time < before.time - longestDelay_) ticks_.pop_front();
 }
 
-ros::Time Measurements::stampOf(double measured, const Stamped& later) {
-  const auto ns =
-      static_cast<std::int64_t>(later.stamp.toNSec()) - std::llround((later.time - measured) * 1e9);
+ros::Time Measurements::stampOf(double measured, const Stamped& tick) {
+  const auto ns = static_cast<std::int64_t>(tick.stamp.toNSec()) - std::llround((tick.time - measured) * 1e9);
   return timeOf(std::max<std::int64_t>(ns, 0));
 }
 
 ros::Time Measurements::stampOf(double measured) const {
-  const auto later = std::find_if(ticks_.begin(), ticks_.end(),
-                                  [measured](const Stamped& tick) { return tick.time >= measured; });
-  return stampOf(measured, later == ticks_.end() ? ticks_.back() : *later);
+  auto tick = std::find_if(ticks_.begin(), ticks_.end(),
+                           [measured](const Stamped& one) { return one.time >= measured; });
+  if (tick == ticks_.end()) --tick;
+  const ros::Time stamp = stampOf(measured, *tick);
+  return stamp.isZero() && tick != ticks_.begin() ? stampOf(measured, *std::prev(tick)) : stamp;
 }
 
 void Measurements::write(const Measurement& measurement, ros::Time stamp, Message& to) {

@@ -19,7 +19,8 @@
 namespace planar_chain {
 
 /// A message is stamped with the time at which it was measured, from the stamp of the next tick that had not
-/// jumped since: after a pause, the last before it. A stamp that is not after 0 is not sent.
+/// jumped since: after a pause, the last before it. If that is not after 0, a jump back leads to the stamp
+/// from the tick before it; without one, the message is not sent.
 class Measurements {
  public:
   /// node: the full name of the publishing node. The simulation must outlive this.
@@ -61,7 +62,7 @@ class Measurements {
   };
   /// Takes what a tick is stamped with.
   void follow(const Stamped& tick);
-  static ros::Time stampOf(double measured, const Stamped& later);
+  static ros::Time stampOf(double measured, const Stamped& tick);
   ros::Time stampOf(double measured) const;
   static void write(const Measurement& measurement, ros::Time stamp, Message& to);
 
