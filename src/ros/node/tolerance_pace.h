@@ -80,7 +80,7 @@ inline std::string adviceFor(const IntegratorSettings& settings, double toleranc
         help, sizeof help,
         "a tolerance of about %.0e would help%s; with integrator/loosest_tolerance it yields to that "
         "only while it must",
-        needed, settings.rateTolerance ? ", or no rate_tolerance" : "");
+        needed, settings.rateTolerance ? ", or a larger rate_tolerance" : "");
   }
   return std::string(took) + help;
 }
