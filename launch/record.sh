@@ -6,7 +6,7 @@ namespace=${ROS_NAMESPACE%/}
 recorder=$1 wanted=${3%.bag}
 shift 3
 set -- "${@/#@/$namespace/}"
-for sensor in $(PATH=/usr/bin:$PATH rosparam get "$namespace/planar_chain/sensors" 2>/dev/null | sed -n 's/^\([A-Za-z][A-Za-z0-9_]*\):.*/\1/p'); do
+for sensor in $(PATH=/usr/bin:$PATH rosparam get "$namespace/planar_chain/sensors" 2>/dev/null | sed -n "s/^'\?\([A-Za-z][A-Za-z0-9_]*\)'\?:.*/\1/p"); do
   set -- "$@" "$namespace/planar_chain/$sensor"
 done
 bag=$wanted

@@ -596,6 +596,25 @@ loads:
         self.assertRegex(result.stdout, "3 taken, 1 refused; the first refusal, of command 3: joint_torque/joint: expected .*elbow.*\n"
                          r"  from tick 61 \(0.2\d* s\) on, the motion is not the recorded one: command 3 was refused\n$")
 
+    def test_states_under_relative_names_are_compared_and_others_told(self):
+        self.write_commands("in.bag", self.COMMANDS)
+        one = self.bag("--duration", "1.23", "--commands", self.path("in.bag"), name="one.bag")
+        for changed, names in ((False, slice(1, None)), (True, slice(1, None)), (True, slice(None))):
+            for received, message in one["/joint_states"][100:]:
+                message.position = [1.0 * changed, 0.0] if changed else message.position
+            self.write("names.bag", *((topic[names], message, received) for topic, messages in one.items()
+                                      for received, message in messages))
+            for more in ((), ("--node", "planar_chain")):
+                result = self.run_tool("--commands", self.path("names.bag"), *more)
+                self.assertEqual((result.returncode, result.stderr), (3 if changed else 0, ""), result.stdout)
+                self.assertIn("t = 1.23 s", result.stdout)
+        self.write("without.bag", *((topic, message, received) for topic, messages in one.items() if not topic.endswith("status")
+                                    for received, message in messages))
+        words = f"simulate: {self.path('without.bag')} has no joint_states with a status of /planar_chain, so its motion is not compared"
+        self.assertEqual(self.run_tool("--commands", self.path("without.bag"), "--duration", "1").stderr, words + "\n")
+        self.assertEqual(self.run_tool("--commands", self.path("without.bag")).stderr,
+                         words + ", and the run ends with the last that it tells\n")
+
     def test_a_bag_that_has_lost_the_last_commands_is_named(self):
         self.write_commands("in.bag", self.COMMANDS)
         one = self.bag("--duration", "1.23", "--commands", self.path("in.bag"), name="one.bag")

@@ -362,6 +362,28 @@ TEST(Friction, BesideAStiffDamperSticksWhereItShould) {
   EXPECT_FALSE(sceneOf(sticksSoonAfter, "tolerance: 1e-6").integrator.rateTolerance);
 }
 
+/// b leans on a damped stop and holds c, which its breakaway torque holds.
+TEST(Friction, BesideAStiffDamperOfAStopSticksWhereItShould) {
+  for (const std::string tolerance : {"1e-3", "1e-5", "1e-7"}) {
+    const Scene scene = readSceneText(
+        "chain: [a, b, c]\nlinks:\n"
+        "  a: {mass: 1, inertia: 0.05, com: [0.4, 0], pin: [0.8, 0], initial: {angle: -0.63}, joint: "
+        "{friction: 0.1, "
+        "breakaway: 1, stop_stiffness: 6e+4, stop_damping: 70, lower: -0.63}}\n"
+        "  b: {mass: 1, inertia: 0.05, com: [0.4, 0], pin: [0.8, 0], initial: {angle: 0.41}, joint: "
+        "{friction: 1, "
+        "breakaway: 1.5, stop_stiffness: 130, stop_damping: 9e+5, lower: 0.42}}\n"
+        "  c: {mass: 1, inertia: 0.05, com: [0.4, 0], pin: [0.8, 0], initial: {angle: 0.72}, joint: "
+        "{friction: 1, "
+        "breakaway: 10}}\nintegrator: {tolerance: " +
+        tolerance + "}\n");
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(1)) << simulation.fault();
+    EXPECT_NEAR(simulation.q()[0], -0.6304975, 1e-6) << tolerance;  // by scipy's Radau
+    EXPECT_EQ(simulation.q()[2], 0.72) << tolerance;
+  }
+}
+
 /// A joint that comes to rest with a rate of exactly 0 sticks there, not where it was at rest before.
 TEST(Friction, HoldsAJointWhereItsRateIsExactlyZero) {
   const Scene scene = readSceneText(

@@ -60,7 +60,7 @@ void boundRates(Scene& scene) {
     // Without more breakaway than friction a joint that slides on sticks soon after.
     const double torque = joint.other("breakaway");
     if (torque > joint.other("friction")) breakaway = std::min(breakaway, torque);
-    damping = std::max(damping, joint.damping);
+    damping = std::max({damping, joint.damping, joint.stopDamping});
   }
   if (settings.tolerance * damping <= mayCount * breakaway) return;
   settings.rateTolerance =

@@ -66,10 +66,14 @@ std::string nodeOf(const rosbag::Bag& bag, const std::optional<std::string>& giv
   if (nodes.empty()) {
     refuse(path, "a bag with commands on " + given.value_or("a topic such as …") + commandsTaken, "none");
   }
-  if (given ? nodes.count(*given) == 0 : nodes.size() > 1) {
+  // rosbag keeps relative names.
+  const auto found = std::find_if(nodes.begin(), nodes.end(), [&given](const std::string& node) {
+    return !given || node == *given || "/" + node == *given;
+  });
+  if (found == nodes.end() || (!given && nodes.size() > 1)) {
     throw Refused({{"--node", "one of " + inCommas(nodes), given ? quoted(*given) : "nothing"}});
   }
-  return given ? *given : *nodes.begin();
+  return *found;
 }
 
 template <class Message>
@@ -187,7 +191,7 @@ Statuses readStatuses(const rosbag::Bag& bag, const std::string& node, const std
 void readStates(const rosbag::Bag& bag, const std::string& path, bool isNeeded, RecordedCommands& recorded) {
   const Statuses statuses = readStatuses(bag, recorded.node, path, isNeeded);
   std::vector<State> states;
-  const std::string topic = ros::names::append(ros::names::parentNamespace(recorded.node), "joint_states");
+  const std::string topic = recorded.node.substr(0, recorded.node.rfind('/') + 1) + "joint_states";
   for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(topic))) {
     const bool isOthers = !statuses.caller.empty() && entry.getCallerId() != statuses.caller;
     if (isOthers || !(isNeeded || entry.isType<sensor_msgs::JointState>())) continue;

@@ -1,5 +1,6 @@
 """fit(): from recordings to the numbers of a scene. The tool `fit` is its face."""
 
+import copy
 import math
 import os
 import warnings
@@ -14,8 +15,8 @@ from .deviations import Deviations
 from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
-from .recordings import (BadFit, Recording, from_arrays, is_number, long_enough, read_csv, require_angles, require_motion, require_radians,
-                         require_samples)
+from .recordings import (BadFit, Recording, from_arrays, is_number, long_enough, moved_load, read_csv, require_angles, require_motion,
+                         require_radians, require_samples)
 from .report import as_text
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .unread import ENDINGS
@@ -226,11 +227,21 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
         try:
             if result.bad and not result.interrupted:
                 result.explain(scene, problem, [first_state(one) for one in data])
-            result.predictions = [] if result.interrupted else [predicted(result.scene, one, offsets, windows[0]) for one in unseen]
+            delays = [one for one in result.delays if one is not None] if delay else []
+            later = [delayed(one, float(np.mean(delays)) if delays else 0.0) for one in unseen]
+            result.predictions = [] if result.interrupted else [predicted(result.scene, one, offsets, windows[0]) for one in later]
         except KeyboardInterrupt:
             result.interrupted = True
         result.warnings += [one.cut for one in [*data, *unseen] if one.cut]
         return result
+
+
+def delayed(recording, delay):
+    """The recording with what acts in it later by the delay, s."""
+    later = copy.copy(recording)
+    if recording.shows_delay():
+        later.loads = {name: moved for name, load in recording.loads.items() for moved in [moved_load(load, -delay)] if moved}
+    return later
 
 
 def predicted(scene, recording, offsets, window):

@@ -37,19 +37,25 @@ def opened(path, refused):
         raise refused(f"{path}: expected a bag that can be read, got {why_unread(path, problem)}") from problem
 
 
+def full(name):
+    """rosbag keeps relative names."""
+    return "/" + name.lstrip("/")
+
+
 def topics_of(bag, path, node, refused):
     """The topic joint_states of one node, and its name, or None if the bag has no ~status of it. node: its name, or None for the only
     one."""
     topics = bag.get_type_and_topic_info().topics
-    states, nodes = (sorted(topic[:length] for topic, about in topics.items() if about.msg_type == kind and topic.endswith(name))
+    states, nodes = (sorted(topic[:length] for topic, about in topics.items() if about.msg_type == kind and full(topic).endswith(name))
                      for kind, name, length in (("sensor_msgs/JointState", "/joint_states", None),  # an encoder publishes JointState too
                                                 ("planar_chain/SimStatus", "/status", -len("/status"))))
     if node is not None:
-        name = "/" + node.strip("/")
-        if name not in (nodes or [name]) or name == "/":
+        name = full(node.rstrip("/"))
+        if name not in (list(map(full, nodes)) or [name]) or name == "/":
             there = f" of {path} ({', '.join(nodes)})" if nodes else ""
             raise refused(f"--node: expected a node{there}, got {node or 'nothing'}")
-        states, nodes = [topic for topic in states if topic == name.rpartition("/")[0] + "/joint_states"], [one for one in nodes if one == name]
+        states = [topic for topic in states if full(topic) == name.rpartition("/")[0] + "/joint_states"]
+        nodes = [one for one in nodes if full(one) == name]
     if len(states) != 1 or len(nodes) > 1:
         which = "of one node (choose it with --node)" if node is None else "of " + node
         raise refused(f"{path}: expected joint_states {which}, got {', '.join(states + nodes) or ('neither' if topics else 'a bag without messages')}")
