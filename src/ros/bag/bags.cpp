@@ -183,27 +183,24 @@ class OfflineNode : public Bags {
       : ticks_{scene.publish.rate, 1}, simulation_(scene, Commands::capacity, true), commands_(ticks_, {}) {
     commands_.moveTo(simulation_);
     const std::optional<std::string> node = fullName(given.node);
-    bool isSame = given.commands.has_value();
     if (given.commands) {
       recorded_ = readCommands(*given.commands, node, scene.publish.rate, given.endsAsRecorded);
       const std::string other = differenceOfScenes(recorded_.scene, scene.text);
-      isSame = other.empty();
-      if (!isSame) {
+      const bool isOfARun = given.endsAsRecorded ? recorded_.lastTick > 0 : !recorded_.scene.empty();
+      if (!other.empty()) {
         std::fprintf(stderr,
                      "simulate: %s was recorded with another scene, so its motion is not compared: %s\n",
                      given.commands->c_str(), other.c_str());
         recorded_.states.clear();
+      } else if (recorded_.states.empty() && isOfARun) {
+        std::fprintf(
+            stderr, "simulate: %s has no joint_states with a status of %s, so its motion is not compared%s\n",
+            given.commands->c_str(), recorded_.node.c_str(),
+            given.endsAsRecorded ? ", and the run ends with the last that it tells" : "");
       }
     }
     if (given.endsAsRecorded && recorded_.lastTick == 0) {
       throw Refused({{"--duration", "a time, for the bag has no states of " + recorded_.node, "nothing"}});
-    }
-    const bool isOfNode = !recorded_.scene.empty();
-    if (recorded_.states.empty() && (given.endsAsRecorded || isOfNode) && isSame) {
-      std::fprintf(stderr,
-                   "simulate: %s has no joint_states with a status of %s, so its motion is not compared%s\n",
-                   given.commands->c_str(), recorded_.node.c_str(),
-                   given.endsAsRecorded ? ", and the run ends with the last that it tells" : "");
     }
     const std::string publisher = node ? *node : given.commands ? recorded_.node : usualNode;
     if (given.out) writer_.emplace(*given.out, given.views, publisher, simulation_, commands_, ticks_);

@@ -15,7 +15,7 @@ from .deviations import Deviations
 from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
-from .recordings import (BadFit, Recording, from_arrays, is_number, long_enough, moved_load, read_csv, require_angles, require_motion,
+from .recordings import (BadFit, Recording, from_arrays, is_number, long_enough, moved_loads, read_csv, require_angles, require_motion,
                          require_radians, require_samples)
 from .report import as_text
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
@@ -240,7 +240,7 @@ def delayed(recording, delay):
     """The recording with what acts in it later by the delay, s."""
     later = copy.copy(recording)
     if recording.shows_delay():
-        later.loads = {name: moved for name, load in recording.loads.items() for moved in [moved_load(load, -delay)] if moved}
+        later.loads = moved_loads(recording.loads, -delay)
     return later
 
 

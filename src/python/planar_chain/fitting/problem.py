@@ -8,7 +8,7 @@ import numpy as np
 
 from planar_chain import Scene, simulate_many
 
-from .recordings import BadFit, moved_load, moved_scene
+from .recordings import BadFit, moved_loads, moved_scene
 
 TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
 OF_THE_RUNS = 100  # residuals below so many tolerances of the runs are errors of integration
@@ -100,7 +100,7 @@ class Problem:
             if len(self._scenes) > 4 * len(self.recordings) + 16:
                 self._scenes.clear()
             values = moved_scene(self.values, recording.start) if has_time else self.values
-            loads = {name: moved for name, load in recording.loads.items() for moved in [moved_load(load, -delay)] if moved}
+            loads = moved_loads(recording.loads, -delay)
             self._scenes[key] = Scene({**values, "loads": {**(values.get("loads") or {}), **unlike(loads, values.get("loads") or {})}})
         return self._scenes[key]
 

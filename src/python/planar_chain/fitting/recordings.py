@@ -108,7 +108,7 @@ class Recording:
     def part(self, first, last):
         """The samples first … last - 1 as a recording of its own."""
         shift = self.t[first]
-        loads = {name: moved for name, load in self.loads.items() for moved in [moved_load(load, shift)] if moved}
+        loads = moved_loads(self.loads, shift)
         name = f"{self.name}, {shift:g} to {self.t[last - 1]:g} s"
         part = Recording(name, self.t[first:last] - shift, self.q[first:last],
                          None if self.qd is None else self.qd[first:last], loads, self.start + shift)
@@ -313,13 +313,17 @@ def moved_load(load, shift):
     return load
 
 
+def moved_loads(loads, shift):
+    """By name, without those that are over."""
+    return {name: moved for name, load in loads.items() for moved in [moved_load(load, shift)] if moved}
+
+
 def moved_scene(values, shift):
     """The values of a scene whose time begins `shift` s later."""
     if shift == 0:
         return values
     values = dict(values)
-    values["loads"] = {name: moved for name, load in (values.get("loads") or {}).items()
-                       for moved in [moved_load(load, shift)] if moved}
+    values["loads"] = moved_loads(values.get("loads") or {}, shift)
     if values.get("base"):
         values["base"] = {name: moved_law(law, shift) for name, law in values["base"].items()}
     values["links"] = dict(values["links"])
