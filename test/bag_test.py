@@ -605,9 +605,11 @@ loads:
             self.write("names.bag", *((topic[names], message, received) for topic, messages in one.items()
                                       for received, message in messages))
             for more in ((), ("--node", "planar_chain")):
-                result = self.run_tool("--commands", self.path("names.bag"), *more)
+                result = self.run_tool("--commands", self.path("names.bag"), "--bag", self.path("again.bag"), *more)
                 self.assertEqual((result.returncode, result.stderr), (3 if changed else 0, ""), result.stdout)
                 self.assertIn("t = 1.23 s", result.stdout)
+        with rosbag.Bag(self.path("again.bag")) as again:
+            self.assertEqual(set(again.get_type_and_topic_info().topics), set(one))
         self.write("without.bag", *((topic, message, received) for topic, messages in one.items() if not topic.endswith("status")
                                     for received, message in messages))
         words = f"simulate: {self.path('without.bag')} has no joint_states with a status of /planar_chain, so its motion is not compared"

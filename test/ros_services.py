@@ -170,6 +170,9 @@ class Services(Watching):
             # Unchanged since: the same scene again.
             self.assertNotIn('changed', self.ask('reset'))
             self.assertEqual(len(step(n=1).states[0].position), 2)
+            rospy.delete_param('/planar_chain')
+            self.assertIn("expected a scene in the node's parameters", self.ask('reset', success=False))
+            self.assertEqual(len(step(n=1).states[0].position), 2)
 
     def test_the_method_is_named_before_its_first_step(self):
         link = {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.0], 'pin': [1.0, 0.0]}

@@ -97,6 +97,9 @@ class Recorder(InFolder):
                                  universal_newlines=True, check=False)
             said = f'record: {bag}.bag lacks 2 of 10 messages of /left/point: the recorder was too slow. '
             self.assertEqual((run.returncode, run.stderr[:len(said)]), (1, said) if lost == (4, 5) else (0, ''))
+        run = subprocess.run([sys.executable, os.path.join(ROOT, 'launch/recorded'), os.devnull], stderr=subprocess.PIPE,
+                             universal_newlines=True, check=False)
+        self.assertEqual((run.returncode, run.stderr), (1, 'record: /dev/null cannot be read: empty file\n'))
         recorder = self.path('recorder')
         with open(recorder, 'w', encoding='ascii') as file:
             file.write(f'#!/bin/sh\ncp "{self.path("lacks")}.bag" "$2.bag"\n')

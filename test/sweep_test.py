@@ -333,6 +333,9 @@ class Sweeps(SweepTool):
                 for name in os.listdir(self.path("runs.csv.parts")) if not name.endswith(".partial")}
         self.assertLess(len(kept), 100)
         self.assertIn("expected the chunks of this sweep", self.sweep(*arguments, "--seed", "8", status=2))
+        plain = subprocess.run(self.command(*arguments), env={**os.environ, "PLANAR_CHAIN_PLAIN_KERNEL": "1"}, stderr=subprocess.PIPE,
+                               universal_newlines=True, check=False)
+        self.assertIn("got those of another: its plain_kernel differ", plain.stderr)
         process = subprocess.Popen(self.command(*arguments))
         self.wait_for_chunks(len(kept), process)
         for name, when in kept.items():

@@ -198,7 +198,8 @@ class Sweep:
     def _enter(self, overwrite):
         """What an interrupted sweep left behind is taken up if it is the same sweep."""
         about = {"scene": self.scene.to_dict(), "paths": self.paths, "times": list(self.times), "chunk": self.chunk,
-                 "runs": len(self.values), "values": hashlib.sha256(self.values.tobytes()).hexdigest()}
+                 "runs": len(self.values), "values": hashlib.sha256(self.values.tobytes()).hexdigest(),
+                 "plain_kernel": os.environ.get("PLANAR_CHAIN_PLAIN_KERNEL") == "1"}
         self._mark = hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()[:16]
         name = os.path.join(self.folder, "sweep.json")
         known, is_new = set(), not os.path.exists(name)

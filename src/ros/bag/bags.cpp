@@ -202,7 +202,7 @@ class OfflineNode : public Bags {
     if (given.endsAsRecorded && recorded_.lastTick == 0) {
       throw Refused({{"--duration", "a time, for the bag has no states of " + recorded_.node, "nothing"}});
     }
-    const std::string publisher = node ? *node : given.commands ? recorded_.node : usualNode;
+    const std::string publisher = node ? *node : given.commands ? *fullName(recorded_.node) : usualNode;
     if (given.out) writer_.emplace(*given.out, given.views, publisher, simulation_, commands_, ticks_);
     if (given.urdf) writeUrdf(*given.urdf, scene, publisher);
   }

@@ -1,6 +1,7 @@
 #include "ros/node/parameters.h"
 
 #include <ros/console.h>
+#include <ros/master.h>
 #include <ros/names.h>
 #include <ros/param.h>
 #include <ros/this_node.h>
@@ -71,19 +72,22 @@ SceneParameters::SceneParameters(const std::string& node) : node_(ros::names::re
 Scene SceneParameters::read() {
   if (!ros::param::has(node_ + "/chain") && !ros::param::has(node_ + "/links") &&
       !ros::param::has(node_ + "/robot_description")) {
-    throw Refused({{node_ + "/chain",
-                    "a scene in the node's parameters (roslaunch planar_chain sim.launch "
-                    "scene:=double_pendulum, or rosparam load SCENE.yaml " +
-                        node_ + " before the node starts)",
-                    "nothing"}});
+    refuseNothing("roslaunch planar_chain sim.launch scene:=double_pendulum, or rosparam load SCENE.yaml " +
+                  node_ + " before the node starts");
   }
   ros::param::get(node_, known_);
   return sceneIn(known_);
 }
 
+void SceneParameters::refuseNothing(const std::string& remedy) const {
+  throw Refused({{node_ + "/chain", "a scene in the node's parameters (" + remedy + ")", "nothing"}});
+}
+
 std::optional<Scene> SceneParameters::readIfChanged() {
   XmlRpcValue now;
-  if (!ros::param::get(node_, now) || now == known_) return std::nullopt;
+  const bool isThere = ros::param::get(node_, now);
+  if (!isThere && ros::master::check()) refuseNothing("rosparam load SCENE.yaml " + node_);
+  if (!isThere || now == known_) return std::nullopt;
 
   std::vector<Fault> faults;
   for (const char* key : {"publish", "real_time_factor"}) {

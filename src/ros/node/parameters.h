@@ -31,6 +31,9 @@ class SceneParameters {
   int run(const std::function<void(const Scene&)>& act);
 
  private:
+  /// Refuses that the node has no parameters. remedy: in words.
+  [[noreturn]] void refuseNothing(const std::string& remedy) const;
+
   std::string node_;
   XmlRpc::XmlRpcValue known_;
 };
