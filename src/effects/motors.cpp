@@ -155,18 +155,23 @@ double Motor::hidden(const ode::Stretch& of, int n) const {
       const double r = q(stateAt(t, of).data() + n), a = q(of.course->accelerationsAt(t).data());
       return Due{gap(which, lagged(t), r), (to - from) * gap(which, rate(t), a, 0)};
     };
+    // Halfway to where s x is 0, and halfway again, until it is due.
+    const auto dueNear = [&](double near, double far) {
+      double s = 0.5;
+      while (s > narrow && dueOn(near + s * (far - near)).value <= 0) s /= 2;
+      return near + s * (far - near);
+    };
     const Due atFrom = dueOn(from), atTo = dueOn(to);
-    double s = 1;
+    double at = end;
     if (from > of.t && atFrom.value > 0) {
-      s = 0.5;
-      while (s > narrow && dueOn(from + s * (to - from)).value <= 0) s /= 2;
+      at = dueNear(from, to);
     } else if (to < end && atTo.value > 0) {
-      s = 0.5;
-      while (1 - s > narrow && dueOn(from + s * (to - from)).value <= 0) s = (1 + s) / 2;
+      at = dueNear(to, from);
     } else if (to > from) {
-      s = passing(atFrom, dueOn(from + (to - from) / 2), atTo);
+      const double s = passing(atFrom, dueOn(from + (to - from) / 2), atTo);
+      if (s < 1) at = from + s * (to - from);
     }
-    if (s < 1) first = std::min(first, (from + s * (to - from) - of.t) / of.h);
+    if (at < end) first = std::min(first, (at - of.t) / of.h);
   }
   return first;
 }
