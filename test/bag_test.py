@@ -596,6 +596,14 @@ loads:
         self.assertRegex(result.stdout, "3 taken, 1 refused; the first refusal, of command 3: joint_torque/joint: expected .*elbow.*\n"
                          r"  from tick 61 \(0.2\d* s\) on, the motion is not the recorded one: command 3 was refused\n$")
 
+    def test_the_time_of_a_csv_goes_on_over_a_reset(self):
+        reset = CommandTaken(number=1, tick=61, scene_time=0.2, kind=CommandTaken.RESET)
+        self.write_commands("in.bag", [reset])
+        self.simulate("--duration", "0.5", "--commands", self.path("in.bag"), "--csv", self.path("out.csv"))
+        rows = self.rows()
+        self.assertEqual([row[0] for row in rows], [k / 300 for k in range(151)])
+        self.assertEqual(rows[61][1:5], rows[0][1:5])
+
     def test_states_under_relative_names_are_compared_and_others_told(self):
         self.write_commands("in.bag", self.COMMANDS)
         one = self.bag("--duration", "1.23", "--commands", self.path("in.bag"), name="one.bag")

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <string>
+#include <tuple>
 
 #include "dynamics/dynamics.h"
 #include "ode/methods.h"
@@ -176,6 +177,31 @@ TEST(Drag, FromRestIsNoStall) {
       Simulation simulation(scene);
       EXPECT_TRUE(simulation.advanceTo(0.3)) << simulation.fault();
       EXPECT_LT(simulation.statistics().rejected, 100) << method << " to " << tolerance;
+    }
+  }
+}
+
+// Strong drag of an oscillation that is so slow that q̇ stays near 1e-9: there, drags had the wrong sign.
+// x'' = −x − |x'| x' in its own units, by scipy's DOP853 to 1e-12.
+TEST(Drag, BrakesHoweverSlowTheMotion) {
+  const std::string chain = "{gravity: [0, 0], chain: [cart, arm], links: {";
+  Scene slides = readSceneText(
+      chain +
+      "cart: {mass: 1, joint: {type: prismatic, stiffness: 1.0e-4, drag: 1.0e+6}, initial: {position: "
+      "1.0e-6}}, arm: {mass: 1.0e-6, inertia: 0, com: [1.0e-6, 0], pin: [1.0e-6, 0], initial: {angle: "
+      "1.57079632679}}}}");
+  Scene turns = readSceneText(
+      "{gravity: [0, 0], chain: [rod], links: {rod: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0], joint: "
+      "{stiffness: 1.0e-6, drag: 1.0e+6}, initial: {angle: 1.0e-6}}}}");
+  turns.integrator.tolerance = 1e-12;
+  for (const char* method : {"auto", "radau13", "rodas5p", "dop853", "taylor"}) {
+    for (const auto& [scene, end, q, error] : {std::tuple{&slides, 600., 2.19699117e-7, 6e-12},
+                                               std::tuple{&turns, 60000., -3.76232808e-8, 6e-8}}) {
+      scene->integrator.method = method;
+      Simulation simulation(*scene);
+      ASSERT_TRUE(simulation.advanceTo(end)) << method << ": " << simulation.fault();
+      EXPECT_NEAR(simulation.q()[0], q, error) << method;
+      EXPECT_GT(simulation.energyBalance().dissipated, 0) << method;
     }
   }
 }

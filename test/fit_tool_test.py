@@ -291,6 +291,16 @@ class Bags(InFolder):
         self.assertIn("less.bag: 1 of 3 pieces, of 99 states, hold no status and are left out: raise publish/status_rate",
                       result.warnings)
 
+    def test_commands_without_a_status_are_refused(self):
+        import rosbag  # pylint: disable=import-outside-toplevel
+        less = self.path("less.bag")
+        with rosbag.Bag(self.record()) as bag, rosbag.Bag(less, "w") as out:
+            for topic, message, stamp in bag.read_messages(["/joint_states", "/planar_chain/commands_taken"]):
+                out.write(topic, message, stamp)
+        for node in (None, "planar_chain"):
+            with self.assertRaisesRegex(BadFit, "expected a status of /planar_chain beside its commands_taken, got none"):
+                fit(self.ARM, less, list(self.TRUE), node=node)
+
     def test_pieces_shorter_than_the_first_window_are_told(self):
         result = fit(self.ARM, self.record(), list(self.TRUE), windows=(1.2, 2.4))
         self.assertEqual([name for name, _ in result.errors], ["run.bag, piece 1", "run.bag, piece 3"])

@@ -109,5 +109,21 @@ TEST(Switch, AtTheEndOfAStepOfOneBitChangesNothingElse) {
   }
 }
 
+// What holds a slide although its torque is a little larger counts the reach, as the tolerance does.
+TEST(Sticking, OfASlideMissesAShareOfTheReach) {
+  for (const char* method : {"auto", "radau13"}) {
+    Scene scene = readSceneText(
+        "{gravity: [0, 0], chain: [cart, arm], links: {cart: {mass: 1, joint: {type: prismatic, friction: "
+        "1}},"
+        " arm: {mass: 1.0e-9, inertia: 0, com: [1.0e-3, 0], pin: [1.0e-3, 0], initial: {angle: "
+        "1.57079632679}}},"
+        " loads: {push: {joint: cart_joint, torque: 1.00000000009}}}");
+    scene.integrator.method = method;
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(10)) << simulation.fault();
+    EXPECT_NEAR(simulation.q()[0], 4.5e-9, 1e-10) << method;
+  }
+}
+
 }  // namespace
 }  // namespace planar_chain

@@ -335,7 +335,7 @@ class Sweeps(SweepTool):
         self.assertIn("expected the chunks of this sweep", self.sweep(*arguments, "--seed", "8", status=2))
         plain = subprocess.run(self.command(*arguments), env={**os.environ, "PLANAR_CHAIN_PLAIN_KERNEL": "1"}, stderr=subprocess.PIPE,
                                universal_newlines=True, check=False)
-        self.assertIn("got those of another: its plain_kernel differ", plain.stderr)
+        self.assertIn("got those of another, which differs in its plain_kernel. ", plain.stderr)
         process = subprocess.Popen(self.command(*arguments))
         self.wait_for_chunks(len(kept), process)
         for name, when in kept.items():

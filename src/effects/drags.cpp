@@ -11,16 +11,23 @@ namespace planar_chain {
 
 namespace {
 
-/// A drag keeps its sign until q̇ is wrong by this much, rad/s or m/s: c q̇² is below the rounding of other
-/// torques there. At 0, rounding of q̇ would switch the drag of a joint at rest or stuck in each step.
-constexpr double leastRate = 1e-9;
+/// A drag keeps its sign until q̇ is wrong by this much, rad/s: a small share of the tolerance, of a slide
+/// times the chain's reach. At 0, rounding of q̇ would switch the drag of a joint at rest or stuck in each
+/// step; `leftOver` is more than the rate that the projection onto a held tip gives it.
+constexpr double usual = 1e-9, shareOfTolerance = 0.1, leftOver = 1e-11;
+double leastRateOf(const Scene& scene, const Joint& joint) {
+  const double tolerance = toleranceOfRates(scene.integrator), unit = joint.slides ? scene.chain.reach() : 1;
+  const double least = tolerance > 0 ? std::min(usual, shareOfTolerance * tolerance * unit) : usual;
+  return scene.tip ? std::max(least, leftOver) : least;
+}
 
 class Drags : public Effect, public Switching {
  public:
-  explicit Drags(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
+  explicit Drags(const Scene& scene) : coordinates_(scene.chain.coordinates()), n_(scene.chain.size()) {
     for (int i = 0; i < n_; ++i) {
-      const double c = chain.joints()[index(i)].other("drag");
-      if (c > 0) drags_.push_back({{coordinates_, i}, c, 1});
+      const Joint& joint = scene.chain.joints()[index(i)];
+      const double c = joint.other("drag");
+      if (c > 0) drags_.push_back({{coordinates_, i}, c, 1, leastRateOf(scene, joint)});
     }
   }
   bool empty() const { return drags_.empty(); }
@@ -105,16 +112,20 @@ class Drags : public Effect, public Switching {
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
     return firstDueOf(
         drags_, of, [this](const Drag& drag, const double* y) { return dueOf(drag, y); },
-        [](const Drag& /*drag*/) { return leastRate; });
+        [](const Drag& drag) { return drag.least; });
   }
 
  private:
   struct Drag {
     Coordinate q;
-    double c, sign;
+    double c, sign, least;
   };
-  static double dueAt(const Drag& drag, double rate) { return -drag.sign * rate - leastRate; }
-  double dueOf(const Drag& drag, const double* y) const { return dueAt(drag, drag.q(y + n_)); }
+  static double dueAt(const Drag& drag, double rate) { return -drag.sign * rate - drag.least; }
+  double dueOf(const Drag& drag, const double* y) const {
+    constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
+    const double *outer = y + n_ + drag.q.joint, inner = drag.q.isDifference ? std::abs(outer[-1]) : 0;
+    return dueAt(drag, drag.q(y + n_)) - rounding * (std::abs(*outer) + inner);
+  }
 
   Coordinates coordinates_;
   int n_;
@@ -127,9 +138,7 @@ class DragKind : public EffectKind {
     return {{"drag", nullptr, NumberRule::coefficient("N m s²/rad²")}};
   }
 
-  std::unique_ptr<Effect> make(const Scene& scene) const override {
-    return makeUnlessEmpty<Drags>(scene.chain);
-  }
+  std::unique_ptr<Effect> make(const Scene& scene) const override { return makeUnlessEmpty<Drags>(scene); }
   void addDense(const Scene& scene, double /*t*/, const Eigen::VectorXd& /*q*/, const Eigen::VectorXd& qd,
                 const DenseActions& to) const override {
     for (int i = 0; i < scene.chain.size(); ++i) {

@@ -156,6 +156,9 @@ double dryFrictionIn(const Joint& joint);  ///< N m
 double stiffnessOf(const Joint& joint);    ///< N m/rad
 double momentOf(const Joint& joint);       ///< N m
 
+/// The tolerance of rates, per second; 0 with fixed steps.
+double toleranceOfRates(const IntegratorSettings& settings);
+
 /// True if a kind draws the joint so.
 bool hasSymbol(const Joint& joint, Symbol symbol);
 

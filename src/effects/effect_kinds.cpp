@@ -10,6 +10,7 @@
 #include "effects/springs.h"
 #include "effects/stops.h"
 #include "model/slides.h"
+#include "ode/methods.h"
 
 namespace planar_chain {
 
@@ -44,6 +45,10 @@ double stiffnessOf(const Joint& joint) {
 }
 double momentOf(const Joint& joint) {
   return sumOverKinds([&](const EffectKind& kind) { return kind.momentOf(joint); });
+}
+
+double toleranceOfRates(const IntegratorSettings& settings) {
+  return ode::hasFixedStep(settings.method) ? 0 : settings.rateTolerance.value_or(settings.tolerance);
 }
 
 bool hasSymbol(const Joint& joint, Symbol symbol) {

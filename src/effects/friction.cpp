@@ -7,7 +7,6 @@
 #include "effects/complementarity.h"
 #include "effects/stick_slip.h"
 #include "effects/switch_instant.h"
-#include "ode/methods.h"
 
 namespace planar_chain {
 
@@ -256,7 +255,7 @@ class FrictionKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    return makeUnlessEmpty<Friction>(scene.chain, frictionTolerance(scene.integrator), scene.tip.has_value());
+    return makeUnlessEmpty<Friction>(scene.chain, toleranceOfRates(scene.integrator), scene.tip.has_value());
   }
 
   double dryFrictionIn(const Joint& joint) const override { return joint.other("friction"); }
@@ -271,10 +270,6 @@ class FrictionKind : public EffectKind {
 };
 
 }  // namespace
-
-double frictionTolerance(const IntegratorSettings& settings) {
-  return ode::hasFixedStep(settings.method) ? 0 : settings.rateTolerance.value_or(settings.tolerance);
-}
 
 const EffectKind& frictionKind() {
   static const FrictionKind kind;

@@ -23,7 +23,4 @@ namespace planar_chain {
 /// Keys `friction` and `breakaway` of a joint.
 const EffectKind& frictionKind();
 
-/// The tolerance of rates that decides which friction is too weak; 0 with fixed steps: none is.
-double frictionTolerance(const IntegratorSettings& settings);
-
 }  // namespace planar_chain

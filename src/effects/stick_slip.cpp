@@ -53,6 +53,8 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
     numbers->setZero(n_);
   }
   const std::vector<double> yields = yieldsOf(chain);
+  unit_.setOnes(n_);
+  unit_.head(chain.slides()) = chain.reach();
   never_.setConstant(n_, never);
   isLoose_.setConstant(n_, false);
   moments_.setZero(n_);
@@ -61,7 +63,7 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
     if (!mayStick(joint)) continue;
     mostYield_[i] = yields[index(i)] + (coordinates_.isDifference(i) ? yields[index(i - 1)] : 0);
     breakaway_[i] = std::max(joint.other("breakaway"), joint.other("friction"));
-    if (breakaway_[i] * mostYield_[i] < negligible * tolerance) {
+    if (breakaway_[i] * mostYield_[i] < negligible * tolerance * unit_[i]) {
       leftOut_.push_back(i);
       continue;
     }
@@ -76,7 +78,7 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
 }
 
 double StickSlip::ownBand(int joint) const {
-  const double breakaway = breakaway_[joint], oneTolerance = tolerance_ / mostYield_[joint];
+  const double breakaway = breakaway_[joint], oneTolerance = tolerance_ * unit_[joint] / mostYield_[joint];
   const double share = breakaway < weak * oneTolerance ? accuracyOfWeak : accuracy;
   return std::max(rounding * breakaway, share * oneTolerance);
 }

@@ -15,14 +15,14 @@
 ///     `rounding` × breakaway torque      rounding of |μ| alone
 ///     a / Y                              a torque that would start the joint with less than a
 ///
-/// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, and Y = 1/I_i + 1/I_{i−1} is
-/// an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller. (I of a point mass: stick_slip.cpp.) So a
-/// joint that the band holds misses less than the error that the tolerance allows. Between long stretches
-/// that stick, ∂q̈/∂μ may be 1e8 times smaller: a joint that breaks loose there and starts with far less than
-/// a is held by a wider band. If a joint breaks loose and comes to rest again without its angle moving by
-/// more than rounding, its torque was not known to be larger: its band becomes four times as wide. So a joint
-/// cannot stick and slide by turns where it does not move, whatever rounding does. A joint that moves gets
-/// its own band back.
+/// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, of a slide times the chain's
+/// reach; and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller. (I of a
+/// point mass: stick_slip.cpp.) So what a joint misses that the band holds for T is less than a T²/2. Between
+/// long stretches that stick, ∂q̈/∂μ may be 1e8 times smaller: a joint that breaks loose there and starts with
+/// far less than a is held by a wider band. If a joint breaks loose and comes to rest again without its angle
+/// moving by more than rounding, its torque was not known to be larger: its band becomes four times as wide.
+/// So a joint cannot stick and slide by turns where it does not move, whatever rounding does. A joint that
+/// moves gets its own band back.
 ///
 /// A joint whose breakaway torque changes no rate by more than a tenth of the tolerance in a second, c Y <
 /// 0.1 tolerance/s, has no friction here: it would change the motion by less than the tolerance allows.
@@ -125,6 +125,7 @@ class StickSlip {
   // Of each joint:
   Numbers sliding_, breakaway_;  ///< torques, N m
   Numbers mostYield_;            ///< Y
+  Numbers unit_;                 ///< of the tolerance: 1, or the reach, m, of a slide
   Numbers band_;                 ///< N m
   Numbers direction_;            ///< of q̇; 0: stuck, or no friction
   Numbers never_;                ///< 0 if it slides, else far below 0

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "effects/friction.h"
+#include "effects/effect_kind.h"
 #include "effects/stick_slip.h"
 #include "ode/methods.h"
 
@@ -44,7 +44,7 @@ void noteRounding(Scene& scene) {
 }
 
 void noteWeakFriction(Scene& scene) {
-  const std::vector<int> weak = StickSlip(scene.chain, frictionTolerance(scene.integrator)).leftOut();
+  const std::vector<int> weak = StickSlip(scene.chain, toleranceOfRates(scene.integrator)).leftOut();
   if (weak.empty()) return;
   scene.notes.push_back({"links/" + scene.chain.links()[index(weak[0])].name + "/joint/friction",
                          "is left out: it changes rates by less than a tenth of the tolerance in a second"});

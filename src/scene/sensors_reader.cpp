@@ -173,7 +173,7 @@ std::vector<Sensor> readSensors(const Section& top, const PublishSettings& publi
 long long readSeed(const Section& top) {
   const double seed = top.has("seed") ? top.uncheckedNumber("seed") : 0;
   if (std::abs(seed) <= largestSeed && seed == std::floor(seed)) return static_cast<long long>(seed);
-  top.fault("seed", "a whole number");
+  top.fault("seed", "a whole number from -9007199254740992 to 9007199254740992");
   return 0;
 }
 

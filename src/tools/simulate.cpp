@@ -62,8 +62,9 @@ void writeHeader(std::FILE* csv, const Chain& chain) {
   std::fputs(",energy\n", csv);
 }
 
-void writeRow(std::FILE* csv, const Simulation& simulation) {
-  std::fprintf(csv, "%.17g", simulation.time());
+/// t: of the run, s, which goes on where a service sets the state or the scene's time.
+void writeRow(std::FILE* csv, double t, const Simulation& simulation) {
+  std::fprintf(csv, "%.17g", t);
   for (const double q : simulation.q()) std::fprintf(csv, ",%.17g", q);
   for (const double qd : simulation.qd()) std::fprintf(csv, ",%.17g", qd);
   std::fprintf(csv, ",%.17g\n", simulation.energy().total());
@@ -254,9 +255,9 @@ class Csv {
     require(file_ != nullptr);
     writeHeader(file_.get(), chain);
   }
-  void write(const Simulation& simulation) {
+  void write(double t, const Simulation& simulation) {
     if (!file_) return;
-    writeRow(file_.get(), simulation);
+    writeRow(file_.get(), t, simulation);
     require(std::ferror(file_.get()) == 0);
   }
   void close() {
@@ -287,7 +288,7 @@ bool runRows(Simulation& simulation, Bags* bags, const Rows& rows, const StepBud
         bags ? bags->advanceTo(row, rows.time(k), keepGoing) : simulation.advanceTo(rows.time(k), keepGoing);
     if (!isGood && simulation.fault().empty()) break;  // interrupted
     if (bags && rows.isTick(k)) bags->tick(row);
-    if (isGood) csv.write(simulation);
+    if (isGood) csv.write(rows.time(k), simulation);
   }
   csv.close();
   if (bags) bags->close();

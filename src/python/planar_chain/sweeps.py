@@ -212,8 +212,8 @@ class Sweep:
             except (ValueError, AttributeError, TypeError, RecursionError):
                 raise BadSweep(f"{name}: expected the description of a sweep, got a damaged file; remove the folder") from None
             if others:
-                raise BadSweep(f"{self.folder}: expected the chunks of this sweep, got those of another: its "
-                               f"{', '.join(others)} differ. Remove that folder, or give its command again")
+                raise BadSweep(f"{self.folder}: expected the chunks of this sweep, got those of another, which differs in its "
+                               f"{', '.join(others)}. Remove that folder, or give its command again")
         try:
             for path in self.outputs:
                 self._take(path, os.path.realpath(path) in known, overwrite)

@@ -6,7 +6,7 @@ import numpy as np
 
 from .commands import commanded
 from .recordings import BadFit, Recording, require_stamps, sampled_torque
-from .unread import opened, topics_of
+from .unread import full, opened, topics_of
 
 FIELDS = "JOINT_TORQUE", "LINK_FORCE", "JOINT_TRAJECTORY", "BASE_TRAJECTORY"  # kinds of commands with one entry in the field of that name
 JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
@@ -18,6 +18,8 @@ def read_bag(path, scene, joints, effort=False, node=None):
     place of commands."""
     with opened(path, BadFit) as (bag, messages_of):
         topic, below = topics_of(bag, path, node, BadFit)
+        if below is None:
+            require_no_commands(path, bag, node)
         states, statuses, taken = (messages_of(name, kind) for name, kind in (
             (topic, "sensor_msgs/JointState"), (below and below + "/status", "planar_chain/SimStatus"),
             (below and below + "/commands_taken", "planar_chain/CommandTaken")))
@@ -40,6 +42,14 @@ def read_bag(path, scene, joints, effort=False, node=None):
         recordings[-1].is_piece = len(pieces) > 1
     recordings[-1].cut = left_out
     return recordings
+
+
+def require_no_commands(path, bag, node):
+    """Of a node without a status: its scene's time and the jumps of its state are unknown."""
+    for topic, about in bag.get_type_and_topic_info().topics.items():
+        its = full(topic).rpartition("/")[0]
+        if about.msg_type == "planar_chain/CommandTaken" and node in (None, its, its[1:]):
+            raise BadFit(f"{path}: expected a status of {its} beside its commands_taken, got none")
 
 
 def column_of(path, topic, states, joints, field):
@@ -92,8 +102,6 @@ def pieces_of(path, stamps, statuses, taken):
 
     With a status, the time is the scene's; else it is that of the stamps, from 0."""
     if not statuses:
-        if taken:
-            raise BadFit(f"{path}: expected the node's status beside its commands_taken, got none")
         return [(slice(0, len(stamps)), (stamps - stamps[0]) * 1e-9, [])], ""
     require_all(path, taken)
     require_last(path, statuses, taken)
