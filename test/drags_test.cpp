@@ -206,6 +206,23 @@ TEST(Drag, BrakesHoweverSlowTheMotion) {
   }
 }
 
+// The same without error control, where the sign had no tolerance to go by.
+TEST(Drag, BrakesSlowMotionsInEqualSteps) {
+  Scene scene = readSceneText(
+      "{gravity: [0, 0], chain: [cart, arm], links: {"
+      "cart: {mass: 1, joint: {type: prismatic, stiffness: 39.4784176, drag: 5.0e+9}, initial: {position: "
+      "1.0e-10}}, arm: {mass: 1.0e-9, inertia: 0, com: [1.0e-9, 0], pin: [1.0e-9, 0], joint: {drive: "
+      "{offset: "
+      "1.57}}}}}");
+  for (const char* method : {"rk4", "ros34pw2_fixed"}) {
+    scene.integrator.method = method;
+    scene.integrator.step = 0.001;
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(3)) << simulation.fault();
+    EXPECT_NEAR(simulation.q()[0], 1.96098277e-11, 1e-16) << method;  // x'' = −k x − c |x'| x' by scipy
+  }
+}
+
 TEST(Drag, IsNotThereWithoutItsKey) {
   const Scene scene = flywheel("auto", "0");
   EXPECT_EQ(dragKind().make(scene), nullptr);

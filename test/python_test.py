@@ -90,7 +90,9 @@ class Scenes(InFolder):
         with self.assertRaises(Refused) as caught:
             Scene.from_yaml("chain: [a]\nlinks:\n  a: {mass: heavy, inertia: 1, com: [0, 1]}\n")
         self.assertIsInstance(caught.exception, ValueError)
-        faults = [(fault.path, fault.expected, fault.found, fault.line) for fault in caught.exception.faults]
+        again = pickle.loads(pickle.dumps(caught.exception))  # as between processes
+        self.assertEqual([repr(fault) for fault in again.faults], [repr(fault) for fault in caught.exception.faults])
+        faults = [(fault.path, fault.expected, fault.found, fault.line) for fault in again.faults]
         self.assertEqual(faults, [("links/a/mass", "a number > 0 kg", '"heavy"', 3),
                                   ("links/a/pin", "two finite numbers [x, y], in m", "nothing", 3)])
         self.assertEqual(str(caught.exception).count("\n"), 1)

@@ -14,11 +14,11 @@ namespace {
 /// A drag keeps its sign until q̇ is wrong by this much, rad/s: a small share of the tolerance, of a slide
 /// times the chain's reach. At 0, rounding of q̇ would switch the drag of a joint at rest or stuck in each
 /// step; `leftOver` is more than the rate that the projection onto a held tip gives it.
-constexpr double usual = 1e-9, shareOfTolerance = 0.1, leftOver = 1e-11;
+constexpr double ofMost = 1e-9, shareOfTolerance = 0.1, ofFixedSteps = 1e-13, leftOver = 1e-11;
 double leastRateOf(const Scene& scene, const Joint& joint) {
   const double tolerance = toleranceOfRates(scene.integrator), unit = joint.slides ? scene.chain.reach() : 1;
-  const double least = tolerance > 0 ? std::min(usual, shareOfTolerance * tolerance * unit) : usual;
-  return scene.tip ? std::max(least, leftOver) : least;
+  const double least = tolerance > 0 ? std::min(ofMost, shareOfTolerance * tolerance) : ofFixedSteps;
+  return unit * (scene.tip ? std::max(least, leftOver) : least);
 }
 
 class Drags : public Effect, public Switching {

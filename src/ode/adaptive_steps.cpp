@@ -215,7 +215,9 @@ double AdaptiveSteps::propose(const State& state, double left, bool isBold) {
     }
     return worst;
   };
-  const double d0 = norm([&](Eigen::Index i) { return tolerance_.size(state.y, i) - tolerance_.unit(i); });
+  const double d0 = norm([&](Eigen::Index i) {
+    return tolerance_.ceiling[i] < 0 ? state.y[i] : tolerance_.size(state.y, i) - tolerance_.unit(i);
+  });
   const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
   const bool isFromRest = d0 <= fromRest || d1 <= fromRest;
   const double h0 = std::min(left, isFromRest ? blind : ofScale * d0 / d1);

@@ -13,9 +13,10 @@ namespace planar_chain::ode {
 
 class LocalStiffness {
  public:
-  /// f must outlive this object. The last `works` components move no other one, and depend on the unit of
-  /// mass: they count as no stiffness. Allocates; the other functions do not.
-  explicit LocalStiffness(System& f, Eigen::Index works = 0) : f_(f), works_(works) {
+  /// f must outlive this object. tolerance: arranged. Its works move no other component, and depend on the
+  /// unit of mass: they count as no stiffness. Allocates; the other functions do not.
+  explicit LocalStiffness(System& f, const Tolerance& tolerance = {}) : f_(f), works_(tolerance.works) {
+    unit_.head(tolerance.ceiling.size()) = (1 + tolerance.ceiling).min(1);
     Vector pattern(f.size());
     pattern.setOnes();
     for (Eigen::Index i = 1; i < pattern.size(); i += 2) pattern[i] = -1;
@@ -60,9 +61,10 @@ class LocalStiffness {
     }
     least_ = std::min(least_, eigenvalue_);
 
-    // Move each component by one unit in the last place of 1 + |y_i|, up and down by turns.
+    // Move each component by one unit in the last place of 1 + |y_i|, or of a position of R + |y_i|, with
+    // its ceiling R − 1, up and down by turns.
     for (Eigen::Index i = 0; i < y.size(); ++i) {
-      const double ulp = std::numeric_limits<double>::epsilon() * (1 + std::abs(y[i]));
+      const double ulp = std::numeric_limits<double>::epsilon() * (unit_[i] + std::abs(y[i]));
       moved_[i] = y[i] + zigzag_[i] * ulp;
     }
     f_.slope(t, moved_.data(), slope_.data());
@@ -104,6 +106,7 @@ class LocalStiffness {
   double least_ = std::numeric_limits<double>::infinity();  ///< eigenvalue_ since begin()
   const double* lasting_ = &eigenvalue_;                    ///< that of turningTime()
   Vector noise_{f_.arrangedSize()}, base_ = noise_, moved_ = noise_, slope_ = noise_, direction_ = noise_;
+  Vector unit_ = Vector::Ones(f_.arrangedSize());
   Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
 };
 

@@ -157,6 +157,12 @@ void bindFaults(py::module& module) {
       .def_readonly("found", &Fault::found, "What the input has there.")
       .def_readonly("line", &Fault::line, "The line of the YAML text, from 1 on; 0: unknown.")
       .def_readonly("file", &Fault::file, "The file of that text; empty: unknown.")
+      .def(py::pickle(
+          [](const Fault& of) { return py::make_tuple(of.path, of.expected, of.found, of.line, of.file); },
+          [](const py::tuple& of) {
+            return Fault{of[0].cast<std::string>(), of[1].cast<std::string>(), of[2].cast<std::string>(),
+                         of[3].cast<int>(), of[4].cast<std::string>()};
+          }))
       .def("__repr__", [](const Fault& fault) { return "<Fault " + toString(fault) + ">"; });
   static const py::handle refused = py::exception<Refused>(module, "Refused", PyExc_ValueError).release();
   refused.attr("__doc__") = "Raised for a scene with faults. `faults` lists all of them.";

@@ -9,6 +9,7 @@
 #include <limits>
 #include <locale>
 #include <sstream>
+#include <utility>
 
 #include "planar_chain/fault.h"
 
@@ -207,6 +208,7 @@ class Builder : public YAML::EventHandler {
     std::string digits = {};  ///< the key, if it is a number
     std::string before = {};  ///< the last key that has its value
     bool merges = false;      ///< the key is a plain <<
+    bool hasMerged = false;   ///< there was one
     Value::Map merged = {};   ///< the keys from <<; the map's own keys take precedence
   };
 
@@ -286,7 +288,9 @@ class Builder : public YAML::EventHandler {
     level.digits = key.oddNumber() ? key.oddNumber()->text : key.number() ? toText(*key.number()) : "";
     level.key = key.text() ? *key.text() : describe(key);
     level.merges = isPlain && *level.key == "<<";
-    if (level.tree.value.map()->count(*level.key) != 0) refuseHere("each key once", "it again", mark);
+    const bool isRepeated = level.merges && std::exchange(level.hasMerged, true);
+    if (isRepeated || level.tree.value.map()->count(*level.key) != 0)
+      refuseHere("each key once", "it again", mark);
   }
 
   /// Between braces, YAML reads "mass: 0,3" as mass: 0 and a key 3 without a value. Makes that the text 0,3

@@ -39,10 +39,9 @@ std::vector<std::string> steppedMethods() {
 MakeIntegrator equalSteps(const std::string& method, double h, double stagesTo) {
   return [=](const Scene& scene, Dynamics& f) {
     const double value = method == "taylor" ? toleranceOfSeries : stagesTo;
-    const ode::Tolerance tolerance = toleranceOf(sceneWith(scene, method, value), 0, f);
-    return ode::fixedSteps(ode::makeStepper(method, f, tolerance.arrangedBy(f),
-                                            std::make_shared<ode::LocalStiffness>(f, tolerance.works)),
-                           h);
+    const ode::Tolerance tolerance = toleranceOf(sceneWith(scene, method, value), 0, f).arrangedBy(f);
+    return ode::fixedSteps(
+        ode::makeStepper(method, f, tolerance, std::make_shared<ode::LocalStiffness>(f, tolerance)), h);
   };
 }
 

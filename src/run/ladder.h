@@ -143,9 +143,11 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dy
   ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
                            settings.rateTolerance, works};
   tolerance.ceiling.head(n) = largestCounted;
-  // A position counts as its share of the reach, R: 1 + min(|s|, R − 1) ≤ R.
+  // A position counts as its share of the reach, R: 1 + min(|s|, R − 1) ≤ R; so does the rate of a slide, if
+  // the chain is short: its error moves the slide.
   const double reach = scene.chain.reach();
   tolerance.ceiling.head(scene.chain.slides()) = reach - 1;
+  if (reach < 1) tolerance.ceiling.segment(n, scene.chain.slides()) = reach - 1;
   double mass = 0;
   for (const Link& link : scene.chain.links()) mass += link.mass;
   tolerance.unitOfWork = std::max(1.0, mass * reach * reach);
