@@ -84,7 +84,7 @@ void Course::findRates() const {
   const auto v0 = start_.state.y.segment(n_, n_).array(), v1 = end_.state.y.segment(n_, n_).array();
   const auto a0 = start_.rates(n_).array(), a1 = end_.rates(n_).array();
   const auto byRates = h_ / 2 * (v0 + v1) + h_ * h_ / 12 * (a0 - a1);
-  const auto most = rounding * (1 + end_.state.y.head(n_).array().abs());
+  const auto most = rounding * (start_.state.y.head(n_).array().abs() + end_.state.y.head(n_).array().abs());
   turn_ = ((turn_.array() - byRates).abs() <= most).select(byRates, turn_.array());
 }
 
