@@ -1,5 +1,5 @@
 /// Scenes at the edges: of mass, length, speed, number of links and time. Each against quadruple precision,
-/// an exact solution or a published value; all by the default method.
+/// an exact solution or a published value; by the default method, if nothing else is said.
 
 #include <gtest/gtest.h>
 
