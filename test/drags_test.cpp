@@ -184,10 +184,9 @@ TEST(Drag, FromRestIsNoStall) {
 // Strong drag of an oscillation that is so slow that q̇ stays near 1e-9: there, drags had the wrong sign.
 // x'' = −x − |x'| x' in its own units, by scipy's DOP853 to 1e-12.
 TEST(Drag, BrakesHoweverSlowTheMotion) {
-  const std::string chain = "{gravity: [0, 0], chain: [cart, arm], links: {";
   Scene slides = readSceneText(
-      chain +
-      "cart: {mass: 1, joint: {type: prismatic, stiffness: 1.0e-4, drag: 1.0e+6}, initial: {position: "
+      "{gravity: [0, 0], chain: [cart, arm], links: {cart: {mass: 1, joint: {type: prismatic, stiffness: "
+      "1.0e-4, drag: 1.0e+6}, initial: {position: "
       "1.0e-6}}, arm: {mass: 1.0e-6, inertia: 0, com: [1.0e-6, 0], pin: [1.0e-6, 0], initial: {angle: "
       "1.57079632679}}}}");
   Scene turns = readSceneText(
@@ -211,9 +210,8 @@ TEST(Drag, BrakesSlowMotionsInEqualSteps) {
   Scene scene = readSceneText(
       "{gravity: [0, 0], chain: [cart, arm], links: {"
       "cart: {mass: 1, joint: {type: prismatic, stiffness: 39.4784176, drag: 5.0e+9}, initial: {position: "
-      "1.0e-10}}, arm: {mass: 1.0e-9, inertia: 0, com: [1.0e-9, 0], pin: [1.0e-9, 0], joint: {drive: "
-      "{offset: "
-      "1.57}}}}}");
+      "1.0e-10}}, arm: {mass: 1.0e-9, inertia: 0, com: [1.0e-9, 0], pin: [1.0e-9, 0],"
+      " joint: {drive: {offset: 1.57}}}}}");
   for (const char* method : {"rk4", "ros34pw2_fixed"}) {
     scene.integrator.method = method;
     scene.integrator.step = 0.001;

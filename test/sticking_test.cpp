@@ -113,8 +113,8 @@ TEST(Switch, AtTheEndOfAStepOfOneBitChangesNothingElse) {
 TEST(Sticking, OfASlideMissesAShareOfTheReach) {
   for (const char* method : {"auto", "radau13"}) {
     Scene scene = readSceneText(
-        "{gravity: [0, 0], chain: [cart, arm], links: {cart: {mass: 1, joint: {type: prismatic, friction: "
-        "1}},"
+        "{gravity: [0, 0], chain: [cart, arm], links: {"
+        "cart: {mass: 1, joint: {type: prismatic, friction: 1}},"
         " arm: {mass: 1.0e-9, inertia: 0, com: [1.0e-3, 0], pin: [1.0e-3, 0], initial: {angle: "
         "1.57079632679}}},"
         " loads: {push: {joint: cart_joint, torque: 1.00000000009}}}");

@@ -14,10 +14,10 @@ namespace {
 /// A drag keeps its sign until q̇ is wrong by this much, rad/s: a small share of the tolerance, of a slide
 /// times the chain's reach. At 0, rounding of q̇ would switch the drag of a joint at rest or stuck in each
 /// step; `leftOver` is more than the rate that the projection onto a held tip gives it.
-constexpr double ofMost = 1e-9, shareOfTolerance = 0.1, ofFixedSteps = 1e-13, leftOver = 1e-11;
+constexpr double largest = 1e-9, shareOfTolerance = 0.1, ofFixedSteps = 1e-13, leftOver = 1e-11;
 double leastRateOf(const Scene& scene, const Joint& joint) {
   const double tolerance = toleranceOfRates(scene.integrator), unit = joint.slides ? scene.chain.reach() : 1;
-  const double least = tolerance > 0 ? std::min(ofMost, shareOfTolerance * tolerance) : ofFixedSteps;
+  const double least = tolerance > 0 ? std::min(largest, shareOfTolerance * tolerance) : ofFixedSteps;
   return unit * (scene.tip ? std::max(least, leftOver) : least);
 }
 
@@ -123,8 +123,7 @@ class Drags : public Effect, public Switching {
   static double dueAt(const Drag& drag, double rate) { return -drag.sign * rate - drag.least; }
   double dueOf(const Drag& drag, const double* y) const {
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-    const double *outer = y + n_ + drag.q.joint, inner = drag.q.isDifference ? std::abs(outer[-1]) : 0;
-    return dueAt(drag, drag.q(y + n_)) - rounding * (std::abs(*outer) + inner);
+    return dueAt(drag, drag.q(y + n_)) - rounding * sumOfSizes(y + n_, drag.q);
   }
 
   Coordinates coordinates_;

@@ -23,6 +23,11 @@ inline const Eigen::VectorXd& stateAt(double t, const ode::Stretch& of) {
   return t == of.t ? of.y : t == of.t + of.h ? of.next : of.course->at(t);
 }
 
+/// |x_i| + |x_{i−1}|, or |x_i|: what the rounding of a coordinate counts by.
+inline double sumOfSizes(const double* x, const Coordinate& q) {
+  return std::abs(x[q.joint]) + (q.isDifference ? std::abs(x[q.joint - 1]) : 0);
+}
+
 /// How far something may change within narrowest(), by its values at the begin, in the middle and at the end.
 inline double changeWithinRounding(const ode::Stretch& of, double begin, double half, double end) {
   return narrowest(of) * (2 * std::max(std::abs(half - begin), std::abs(end - half)) / of.h);

@@ -131,8 +131,7 @@ double Motor::due(double t, const double* omega) const {
     second = std::min(second, -x);
   }
   constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-  const double rates = std::abs(omega[q.joint]) + (q.isDifference ? std::abs(omega[q.joint - 1]) : 0);
-  return std::max(first, second) - rounding * (limit_ + slope_ * rates);
+  return std::max(first, second) - rounding * (limit_ + slope_ * sumOfSizes(omega, q));
 }
 
 /// A gap is taken for the cubics through both ends and the middle. Most are far from 0 by the q̇ of the cubic

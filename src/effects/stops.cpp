@@ -14,11 +14,6 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-/// |x_i| + |x_{i−1}|, or |x_i|
-double sumOfSizes(const double* x, const Coordinate& q) {
-  return std::abs(x[q.joint]) + (q.isDifference ? std::abs(x[q.joint - 1]) : 0);
-}
-
 enum class Place { free, pushing, parted };
 
 struct Stop {

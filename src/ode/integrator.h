@@ -41,8 +41,8 @@ struct StepCount {
 /// This is the textbook's atol + rtol |y_i| with atol = rtol, but stricter. The factor ¼ is there because
 /// errors of angles and rates feed each other on the way to the end. The error is one per second, not per
 /// step: the errors of a second meet the tolerance, however many steps it takes. A component's size counts up
-/// to its ceiling: an angle after a million turns must be as exact as after one. Components beyond the
-/// ceiling's length are not controlled.
+/// to its ceiling: an angle after a million turns must be as exact as after one. That of a slide is R − 1
+/// with the reach R, m: its size is at most R. Components beyond the ceilings are not controlled.
 ///
 /// The rounding of a stiff f may exceed this error at every h. So steps below a millisecond count as one
 /// millisecond, and an error passes that is no larger than the effect of rounding y (local_stiffness.h).
