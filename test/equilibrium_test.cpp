@@ -1,6 +1,7 @@
 /// The search for an equilibrium: it says whether it gave up or there is none.
 ///
 ///     two level rods    hang: q = (−π/2, 0)
+///     a closed chain    at rest q̈ = 0, as the equations of motion have it
 
 #include "dynamics/equilibrium.h"
 
@@ -8,7 +9,9 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
+#include "dynamics/dynamics.h"
 #include "planar_chain/scene_reader.h"
 
 namespace planar_chain {
@@ -43,6 +46,40 @@ TEST(Equilibrium, IsFoundFromFarBeyondALimit) {
     for (const double far : {1e6, -1e6, 30.}) {
       const std::vector<double> found = equilibriumOf(scene, 0, {far, -far});
       for (const std::size_t j : {0, 1}) EXPECT_NEAR(found[j], near[j], 1e-9) << holds << " from " << far;
+    }
+  }
+}
+
+/// The largest |q̈| at rest, rad/s².
+double accelerationAtRest(const Scene& scene, const std::vector<double>& q) {
+  const std::size_t n = q.size();
+  std::vector<double> y(2 * n, 0), qdd(n);
+  toAbsolute(q.data(), scene.chain.size(), y.data());
+  Dynamics dynamics(scene);
+  dynamics.enter(0);
+  dynamics.enterState(0, y.data());
+  dynamics.accelerations(0, y.data(), qdd.data());
+  double most = 0;
+  for (const double one : qdd) most = std::max(most, std::abs(one));
+  return most;
+}
+
+TEST(Equilibrium, OfAClosedChainIsExactWhereItsOpenChainWouldHaveNone) {
+  // Without the tip's hold these are no minima of the energy: H has a negative eigenvalue.
+  const auto machine = [](const char* tip, const char* angle) {
+    return readSceneText(
+        "chain: [a, b, c]\nlinks:\n  a: {mass: 1, inertia: 0.1, com: [0.45, 0], pin: [0.9, 0], initial: "
+        "{angle: " +
+        std::string(angle) +
+        "}}\n  b: {mass: 1, inertia: 0.1, com: [0.35, 0], pin: [0.7, 0], joint: {stiffness: 3}}\n"
+        "  c: {mass: 1, inertia: 0.1, com: [0.65, 0], pin: [1.3, 0]}\ntip: {" +
+        tip + "}\n");
+  };
+  for (const char* const tip : {"pin: [1.2, 0]", "line: {point: [1.2, 0], direction: [1, 0.4]}"}) {
+    for (const char* const angle : {"0.5", "1", "0.2", "1.4"}) {
+      const Scene scene = machine(tip, angle);
+      EXPECT_LE(accelerationAtRest(scene, equilibriumOf(scene, 0, scene.q)), 1e-11)
+          << tip << " from " << angle;
     }
   }
 }

@@ -201,19 +201,15 @@ class Search {
     }
     return turn;
   }
-  /// The step, with the force on the tip in H as far as it is known.
-  Eigen::VectorXd turnFrom(const Eigen::VectorXd& theta, const std::vector<double>& shares) {
-    const auto takeFactors = [&] {
-      for (const double share : shares) {
-        if (matrix_.factor(share, 0) == matrix_.kappa.size()) return true;
-      }
-      return false;
-    };
-    if (!takeFactors()) return {};
+  /// The step, with the force on the tip in H as far as it is known. Empty if no share gives pivots above
+  /// `least`.
+  Eigen::VectorXd turnFrom(const Eigen::VectorXd& theta, const std::vector<double>& shares,
+                           double least = 0) {
+    if (!matrix_.factorBy(shares, least)) return {};
     if (!held_) return matrix_.solved(moment_);
     closedTurn();
     find(theta);
-    return takeFactors() ? closedTurn() : Eigen::VectorXd();
+    return matrix_.factorBy(shares, least) ? closedTurn() : Eigen::VectorXd();
   }
 
   /// Newton's method along a rail whose springs and stops are piecewise linear.
@@ -335,8 +331,9 @@ class Search {
         return true;
       }
     }
-    // Energies differ by rounding alone: Newton's step by itself, while it lowers the moments.
-    turn = turnFrom(theta, {0.0});
+    // Energies differ by rounding alone: Newton's step by itself, while it lowers the moments. A held tip
+    // makes a minimum where H alone has none.
+    turn = turnFrom(theta, {0.0}, held_ ? -std::numeric_limits<double>::infinity() : 0);
     if (turn.size() == 0) return false;
     const Eigen::VectorXd next = moved(theta, turn, 1);
     find(next);

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace planar_chain {
 
@@ -33,6 +34,12 @@ struct GroupMatrix {
       if (!(pivot[g] > least)) return g;
     }
     return groups;
+  }
+
+  /// The same with the first share that gives pivots above `least`. Returns false if none does.
+  bool factorBy(const std::vector<double>& shares, double least) {
+    return std::any_of(shares.begin(), shares.end(),
+                       [&](double share) { return factor(share, least) == kappa.size(); });
   }
 
   /// Solves with the factors.
