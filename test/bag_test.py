@@ -78,6 +78,17 @@ class Bags(InFolder):
         self.simulate("--duration", "0.003", "--write-urdf", self.path("robot.urdf"))
         self.assertEqual(len(self.bag("--duration", "0.0034")["/joint_states"]), 1)
 
+    def test_what_a_urdf_does_not_have_is_told(self):
+        link = ROD[:-1] + ", joint: {drag: 0.1, damping: 0.2, friction: 0.1, lower: -1, upper: 2, effort_limit: 3}}"
+        urdf = self.path("robot.urdf")
+        result = self.run_tool("--duration", "0.1", "--write-urdf", urdf, scene=f"chain: [a]\nlinks: {{a: {link}}}\ngravity: [0, -1]\n")
+        self.assertEqual(result.stderr, f"simulate: URDF has no drag, gravity, initial/angle, stop_stiffness: {urdf} is without\n")
+        closed = "chain: [a, b, c]\nlinks: {a: %s, b: %s, c: %s}\ntip: {pin: [1.5, 0]}\n" % ((ROD.replace("0.4", "0.1"),) * 3)
+        result = self.run_tool("--duration", "0.1", "--write-urdf", urdf, scene=closed)
+        self.assertIn("URDF has no initial/angle, tip: ", result.stderr)
+        bare = self.run_tool("--duration", "0.1", "--write-urdf", urdf, scene="chain: [a]\nlinks: {a: {mass: 1, inertia: 1, com: [1, 0], pin: [1, 0]}}\n")
+        self.assertEqual(bare.stderr, "")
+
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
     def test_a_urdf_that_cannot_be_written_says_why(self):
         result = self.run_tool("--duration", "0.1", "--write-urdf", "/dev/full")

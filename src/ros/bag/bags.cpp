@@ -10,6 +10,7 @@
 #include <boost/make_shared.hpp>
 #include <cerrno>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -20,6 +21,7 @@
 
 #include "planar_chain/fault.h"
 #include "planar_chain/value.h"
+#include "reading/section.h"
 #include "ros/bag/recorded_commands.h"
 #include "ros/messages/frames.h"
 #include "ros/messages/pace.h"
@@ -48,6 +50,9 @@ void writeUrdf(const std::string& path, const Scene& scene, const std::string& n
   std::ofstream file(path);
   file << urdfOf(scene, framesOf(scene, node));
   if (!file.flush()) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
+  const std::vector<std::string> others = notInUrdf(scene);
+  if (others.empty()) return;
+  std::fprintf(stderr, "simulate: URDF has no %s: %s is without\n", inCommas(others).c_str(), path.c_str());
 }
 
 // ---- The bag to write ----------------------------------------------------------------------------

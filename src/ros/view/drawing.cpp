@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "effects/effect_kind.h"
 #include "planar_chain/fault.h"
@@ -349,6 +350,38 @@ Figure figureOf(const Link& link, const Drawing& drawing) {
 
 std::string urdfOf(const Scene& scene, const Frames& frames, bool hasLinks) {
   return Writer(scene, frames).text(hasLinks ? scene.chain.size() : 0);
+}
+
+std::vector<std::string> notInUrdf(const Scene& scene) {
+  std::set<std::string> keys;
+  const auto add = [&](bool isGiven, const char* key) {
+    if (isGiven) keys.insert(key);
+  };
+  const Joint bare;
+  for (const Joint& joint : scene.chain.joints()) {
+    for (const EffectKind* kind : effectKinds()) {
+      for (const JointKey& key : kind->jointKeys()) add(key.of(joint) != key.of(bare), key.name);
+    }
+  }
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (key.urdfDynamics) keys.erase(key.name);
+    }
+  }
+  for (const char* limit : {"lower", "upper", "effort_limit", "velocity_limit"}) keys.erase(limit);
+  for (const Link& link : scene.chain.links()) {
+    for (const auto& other : link.others) keys.insert(other.first);
+  }
+  for (const auto& other : scene.others) keys.insert(other.first);
+  const auto isNotZero = [](double number) { return number != 0; };
+  add(std::any_of(scene.q.begin(), scene.q.end(), isNotZero), "initial/angle");
+  add(std::any_of(scene.qd.begin(), scene.qd.end(), isNotZero), "initial/velocity");
+  add(!(scene.chain.gravity() == Vec2d{0, -9.81}), "gravity");
+  add(!scene.drives.empty(), "drive");
+  add(!scene.loads.empty(), "loads");
+  add(scene.base.has_value(), "base");
+  add(scene.tip.has_value(), "tip");
+  return {keys.begin(), keys.end()};
 }
 
 }  // namespace planar_chain

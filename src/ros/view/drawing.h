@@ -68,8 +68,10 @@ Figure figureOf(const Link& link, const Drawing& drawing);
 /// turns the base frame upright. Each link frame is at the link's inner pin, and its joint (axis +z, damping
 /// and limits of the scene) is at the outer pin of the link before. Links have the names of their /tf frames,
 /// prefix included. Joints have the names in joint_states. A moment of inertia I about +z becomes that of a
-/// flat body: izz = I, ixx = iyy = I/2. URDF has no springs, loads and gravity, so these are left out.
-/// Without links it has the ground alone.
+/// flat body: izz = I, ixx = iyy = I/2. Without links it has the ground alone.
 std::string urdfOf(const Scene& scene, const Frames& frames, bool hasLinks = true);
+
+/// The keys of the scene that change its motion and that URDF does not have, such as "drive".
+std::vector<std::string> notInUrdf(const Scene& scene);
 
 }  // namespace planar_chain
