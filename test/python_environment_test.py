@@ -148,6 +148,23 @@ class Environments(unittest.TestCase):
             with self.assertRaisesRegex(TypeError, rf"^{name}: expected a function of {right}, got one of \({wrong}\)$"):
                 type("Wrong", (Spin,), {name: scope[name]})({"rod_joint": 1.0})
 
+    def test_what_a_reward_does_to_its_arrays_is_its_own(self):
+        env = Spin({"rod_joint": 1.0})
+
+        def reward(q, qd, action):
+            q[:] = qd[:] = action[:] = 9
+            return 0
+
+        def is_over(q, qd):
+            over = q[0] == 9
+            q[:] = qd[:] = 7
+            return over
+        env.reward, env.is_over = reward, is_over
+        env.reset()
+        _, _, over, _, info = env.step([1])
+        self.assertFalse(over)
+        self.assertTrue(0 < info["q"][0] < 1 and 0 < info["qd"][0] < 1, info)
+
     def test_a_step_needs_a_reset(self):
         with self.assertRaisesRegex(ValueError, "step: expected a reset"):
             Rest().step([0])

@@ -132,7 +132,7 @@ class Environment(Env):
         except (TypeError, ValueError) as problem:
             raise ValueError(f"first_state: expected two arrays, q and qd, of {len(self.scene)} numbers, got {first!r} "
                              f"({problem})") from None
-        return self.observation(self._simulation.q, self._simulation.qd), {}
+        return self.observation(*self._state()), {}
 
     def step(self, action):
         """Returns observation, reward, terminated, truncated, info."""
@@ -147,9 +147,12 @@ class Environment(Env):
         self._hold(action * self._most)
         self._steps += 1
         self._simulation.advance_to(self._steps * self.period)
-        q, qd = self._simulation.q, self._simulation.qd
-        return (self.observation(q, qd), _finite(self.reward(q, qd, action)), bool(self.is_over(q, qd)),
-                self._steps >= self.longest, {"q": q, "qd": qd})
+        # Each has arrays of its own: one may change them.
+        return (self.observation(*self._state()), _finite(self.reward(*self._state(), action)), bool(self.is_over(*self._state())),
+                self._steps >= self.longest, dict(zip(("q", "qd"), self._state())))
+
+    def _state(self):
+        return self._simulation.q, self._simulation.qd
 
     def render(self, size=400):  # pylint: disable=arguments-differ
         """Returns the chain as size × size × 3 bytes, red, green, blue: the ground pin in the middle, y upwards. Without
