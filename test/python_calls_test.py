@@ -44,6 +44,7 @@ class Calls(unittest.TestCase):
                 (lambda: Scene.from_file("a\0b"), "a b: expected a file, or one of the scenes that ship"),
                 (lambda: Scene.from_file(""), '"": expected a file, or one of the scenes that ship'),
                 (lambda: Scene.from_file(None), "path: expected a path, or the name of a scene that ships, got None"),
+                (lambda: simulation.set_state([True], [0]), "q: expected an array of real numbers, got one of dtype.'bool'"),
                 (lambda: simulation.hold_torque(0, "a"), "torque: expected a number, got 'a'"),
                 (lambda: simulation.hold_torque(0, np.nan), "torque: expected a finite number, got nan"),
                 (lambda: simulation.add_force(0, [1, 0]), "duration: expected a number, got None"),

@@ -164,6 +164,7 @@ class Many(unittest.TestCase):
                 ([1.0], np.zeros(4), {}, "initial: expected an array of runs x 4, got 4 numbers"),
                 ([1.0], None, {}, "initial: expected initial states, parameters, or both, got neither"),
                 ([1.0], starts, {"threads": -1}, "threads: expected a whole number >= 0, got -1"),
+                ([1.0], starts, {"threads": 10 ** 9}, "threads: expected at most 1048576, got 1000000000"),
                 ([1.0], starts, {"progress": 3}, "progress: expected a function .*, got 3"),
                 ([1.0], starts, {"parameters": {"links/lower/mass": [1]}},
                  "links/lower/mass: expected an array of 2 numbers, got 1 number"),

@@ -72,7 +72,10 @@ double finiteOf(const py::object& given, const char* name) {
 long long countOf(const py::object& given, const char* name, long long least, long long most) {
   const std::optional<py::ssize_t> count = indexIn(given);
   if (count && *count >= least && *count <= most) return *count;
-  refuse(name, "a whole number >= " + std::to_string(least), given);
+  refuse(name,
+         count && *count > most ? "at most " + std::to_string(most)
+                                : "a whole number >= " + std::to_string(least),
+         given);
 }
 
 std::optional<long long> stepsOf(const py::object& given) {
@@ -86,7 +89,8 @@ Numbers arrayOf(const py::object& given, const char* name) {
   requireNoMask(given, name);
   const py::array any = py::array::ensure(given);
   if (!any) refuse(name, "an array of numbers", given);
-  if (std::string("biufO").find(any.dtype().kind()) == std::string::npos) {  // text, complex, times, records
+  if (std::string("iufO").find(any.dtype().kind()) ==
+      std::string::npos) {  // bools, text, complex, times, records
     throw Refused({{name, "an array of real numbers", "one of " + shown(any.dtype())}});
   }
   if (any.dtype().kind() == 'O') {
