@@ -321,7 +321,7 @@ class Bad(unittest.TestCase):
         text = str(fit(cart, data, {"links/rod/mass": None}, predict=data, offsets=True))
         heads = re.findall(r"^(.*):\n  recording +(?:until|start) +(.*)$", text, re.MULTILINE)
         self.assertEqual(heads, [(title, "cart_joint (m)  rod_joint (rad)") for title in (
-            "Error on the data, root mean square", "Error on recordings that the fit does not use")])
+            "Error on the data, root mean square", "Error of the predictions")])
         self.assertRegex(text, r"offsets of the encoders \S+ m, \S+ rad\n")
 
     def test_results_print_what_they_say(self):

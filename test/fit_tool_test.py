@@ -42,6 +42,13 @@ class Tool(InFolder):
             file.write(text)
         return self.path(name)
 
+    def test_a_prediction_of_data_is_noted(self):
+        one, other, same = self.recording("single_0.csv"), self.recording("single_1.csv"), self.path("same.csv")
+        os.symlink(one, same)
+        result = self.run_tool(self.recording("single.yaml"), "--data", one, "--vary", "links/arm/inertia", "--predict", same, other)
+        self.assertIn(f"note: the fit uses {same} of --predict too\n", result.stderr)
+        self.assertNotIn(other, result.stderr)
+
     def test_the_single_pendulum_that_ships(self):
         fitted = self.path("fitted.yaml")
         result = self.run_tool(self.recording("single.yaml"), "--data", *(self.recording(f"single_{k}.csv") for k in range(3)), "--vary",

@@ -16,7 +16,7 @@ import os
 import sys
 
 from chain import scene_from
-from files import BadOutput, require_outputs, save_picture, scene_file, tree_of, words_of, writing
+from files import BadOutput, is_same, require_outputs, save_picture, scene_file, tree_of, words_of, writing
 from given import read_number
 try:
     import yaml
@@ -79,6 +79,9 @@ def check(given):
     if given.output is not None and given.output.endswith(".urdf"):
         raise BadFit(f"--output: expected the name of a YAML scene, got {given.output}")
     require_outputs([("--output", given.output), ("--plot", given.plot)], [scene_file(given.scene), *given.data, *given.predict])
+    for file in given.predict:
+        if any(is_same(file, other) for other in given.data):
+            say(f"note: the fit uses {file} of --predict too")
 
 
 def show_progress(window, error, calls):

@@ -70,7 +70,7 @@ def as_text(result):
         if result.delays[k]:
             lines.append(f"  {result.recordings[k].name}: delay {1e3 * result.delays[k]:.2f} ms")
     if result.predictions:
-        lines += table_of_errors(result, "Error on recordings that the fit does not use", ["recording", "start"], [
+        lines += table_of_errors(result, "Error of the predictions", ["recording", "start"], [
             ([one.name, start], errors) for one in result.predictions for start, errors in (
                 ("first sample", one.from_first_sample), ("fitted to the first window", one.from_first_window),
                 ("fitted to all", one.from_fitted_start))])
