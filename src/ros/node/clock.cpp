@@ -137,6 +137,10 @@ class ExternalClock : public FollowedClock {
 
   std::int64_t read() const override { return reading_; }
   void drop(long long next, std::int64_t /*behind*/) override { restart(next); }
+  // Times on /clock may be lost while a tick takes long, so a jump looks like a delay.
+  std::string whyLate() const override {
+    return "/clock jumped forward, or simulation time cannot keep up with it";
+  }
 
   static constexpr std::int64_t latest = endOfTime - 86'400'000'000'000;  // stamps may be ahead of it
   std::int64_t reading_ = 0;
@@ -208,8 +212,7 @@ long long Clock::due(long long next) {
   const std::int64_t behind = read() - late_ - ns(next);
   if (seconds(behind) > longestLag * (speed_ > 0 ? speed_ : 1)) {
     if (warnings_.isDue()) {
-      ROS_WARN("simulation time cannot keep up with %s at %g Hz: dropped another %.3f s", name_.c_str(),
-               rate_, seconds(behind));
+      ROS_WARN("%s at %g Hz: dropped %.3f s", whyLate().c_str(), rate_, seconds(behind));
     }
     drop(next, behind);
     ++drops_;
