@@ -131,7 +131,7 @@ struct Stepped {
     y = Eigen::VectorXd::Zero(dynamics->size());
     toAbsolute(scene.q.data(), n, y.data());
     toAbsolute(scene.qd.data(), n, y.data() + n);
-    ode::Tolerance tolerance{1e-7, Eigen::ArrayXd::Constant(2 * n, 3.0), n, {}};
+    ode::Tolerance tolerance{1e-7, Eigen::ArrayXd::Constant(2 * n, 4.0), n};
     integrator =
         ode::landingOnSwitches(ode::makeMethod("dopri5", *dynamics, 0, tolerance.arrangedBy(*dynamics)),
                                dynamics->effects(), *dynamics);

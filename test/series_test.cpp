@@ -414,7 +414,7 @@ TEST(Taylor, ForeseesTheErrorOfAStep) {
 TEST(Taylor, MakesItsStepsAsLongAsTheirErrorsMayBe) {
   auto f = ode::test::testSystem();
   ode::State state = ode::test::testStart();
-  const ode::Tolerance tolerance{1e-8, Eigen::VectorXd::Ones(f.size())};
+  const ode::Tolerance tolerance{1e-8, Eigen::ArrayXd::Constant(f.size(), 2)};
   const auto steps = ode::test::adaptiveSteps(std::make_unique<ode::Taylor>(f, 1e-8), tolerance);
   ASSERT_EQ(steps->integrate(state, 2, 2, 100), ode::Outcome::arrived);
   EXPECT_LE(steps->count().accepted, 4);

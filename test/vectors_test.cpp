@@ -100,15 +100,17 @@ TEST_P(Vectors, FindTheLargestRatio) {
   constexpr double share = 1e-6, ofRates = 3e-6, rounding = 1e3,
                    nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<double> y = vector(n), noise = vector(n);
-  std::vector<double> ceiling(y.size(), std::numeric_limits<double>::infinity()), error = vector(n);
-  ceiling[0] = 0.5;
+  std::vector<double> unit(y.size(), 1), ceiling(y.size(), std::numeric_limits<double>::infinity()),
+      error = vector(n);
+  ceiling[0] = 1.5;
+  unit[unit.size() - 1] = 1e-3;
   const std::size_t angles = y.size() / 2;
   const auto allowed = [&](std::size_t i) {
-    const double size = 1 + std::min(std::abs(y[i]), ceiling[i]);
+    const double size = std::min(unit[i] + std::abs(y[i]), ceiling[i]);
     return std::max((i < angles ? share : ofRates) * size, rounding * noise[i]);
   };
   const auto found = [&](const VectorKernel& kernel) {
-    return kernel.largestRatio({error.data(), y.data(), ceiling.data(), noise.data()},
+    return kernel.largestRatio({error.data(), y.data(), unit.data(), ceiling.data(), noise.data()},
                                {share, ofRates, static_cast<std::ptrdiff_t>(angles), rounding}, n);
   };
   forKernels([&](const VectorKernel& kernel) {

@@ -95,7 +95,7 @@ Motion motionByHand(Scene scene, const Steps& steps = {}) {
   const int n = scene.chain.size();
   Dynamics dynamics(scene);
   ode::Tolerance tolerance{scene.integrator.tolerance, Eigen::ArrayXd::Constant(2 * n, forever), n};
-  tolerance.ceiling.head(n) = pi;
+  tolerance.ceiling.head(n) = 1 + pi;
   const auto integrator =
       ode::makeMethod(scene.integrator.method, dynamics, scene.integrator.step, tolerance);
   ode::State state = startOf(scene, dynamics);

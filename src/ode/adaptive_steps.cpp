@@ -65,18 +65,10 @@ inline double AdaptiveSteps::foreseen(double error) const {
 
 inline double AdaptiveSteps::errorNorm(const Vector& y, double h, const Vector& error) const {
   const Allowance allowance(tolerance_, *stiffness_, h);
-  double norm =
-      vectors_.largestRatio({error.data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
-                            {allowance.most, allowance.mostOfRates, tolerance_.firstRate, allowance.perNoise},
-                            tolerance_.coordinates());
-  // Works have a unit of their own. A norm that is NaN stays.
-  for (Eigen::Index i = tolerance_.coordinates(); i < tolerance_.ceiling.size(); ++i) {
-    const double allowed =
-        std::max(allowance.mostOfRates * tolerance_.size(y, i), allowance.perNoise * stiffness_->noise()[i]);
-    const double ratio = std::abs(error[i]) / allowed;
-    if (std::isfinite(norm) && !(ratio <= norm)) norm = ratio;
-  }
-  return norm;
+  return vectors_.largestRatio(
+      {error.data(), y.data(), tolerance_.unit.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
+      {allowance.most, allowance.mostOfRates, tolerance_.firstRate, allowance.perNoise},
+      tolerance_.ceiling.size());
 }
 
 AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
@@ -114,7 +106,7 @@ void AdaptiveSteps::setTolerance(const Tolerance& tolerance) {
 
 std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double longestStep) {
   // Choose the step.
-  stiffness_->maybeUpdate(state.t, state.y);
+  stiffness_->maybeUpdate(state.t, state.y, tolerance_);
   if (h_ <= 0) propose(state, end - state.t);
   const bool isForeseen = stepper_->foresees(state, h_);
   const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_, stepper_->error())) : 1;
@@ -215,9 +207,8 @@ double AdaptiveSteps::propose(const State& state, double left, bool isBold) {
     }
     return worst;
   };
-  const double d0 = norm([&](Eigen::Index i) {
-    return tolerance_.ceiling[i] < 0 ? state.y[i] : tolerance_.size(state.y, i) - tolerance_.unit(i);
-  });
+  const double d0 =
+      norm([&](Eigen::Index i) { return std::min(std::abs(state.y[i]), tolerance_.ceiling[i]); });
   const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
   const bool isFromRest = d0 <= fromRest || d1 <= fromRest;
   const double h0 = std::min(left, isFromRest ? blind : ofScale * d0 / d1);

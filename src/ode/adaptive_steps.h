@@ -32,6 +32,7 @@ class AdaptiveSteps : public Integrator {
   void restartAfter(Change change) override;
   void forgetSlope() override { stepper_->forgetSlope(); }
   void setTolerance(const Tolerance& tolerance) override;
+  const Tolerance& tolerance() const { return tolerance_; }
   StepCount count() const override { return count_; }
 
   /// One attempt of a step towards `end`. Returns nothing if it is rejected, which shortens the next.

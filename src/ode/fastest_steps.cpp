@@ -190,7 +190,7 @@ class FastestSteps : public Integrator {
 
   /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
   void start(const State& state, double end) {
-    stiffness_->maybeUpdate(state.t, state.y);
+    stiffness_->maybeUpdate(state.t, state.y, methods_.front().tolerance());
     inUse_ = 0;
     while (!isExplicit(inUse_)) ++inUse_;
     AdaptiveSteps& first = methods_[inUse_];

@@ -10,11 +10,15 @@
 namespace planar_chain::ode {
 
 Tolerance Tolerance::arrangedBy(const System& f) const {
+  Tolerance result = *this;
   const Eigen::Index others = f.size() - ceiling.size();
   Vector all(f.size()), arranged(f.arrangedSize());
-  all.head(ceiling.size()) = ceiling;
-  f.arrange(all.data(), arranged.data());
-  Tolerance result{value, arranged.head(arranged.size() - others), firstRate, ofRates, works, unitOfWork};
+  for (Eigen::ArrayXd* of : {&result.unit, &result.ceiling}) {
+    all.head(of->size()) = *of;
+    f.arrange(all.data(), arranged.data());
+    *of = arranged.head(arranged.size() - others);
+    *of = (*of > 0).select(*of, 1);  // f may fill gaps between components with 0
+  }
   if (firstRate >= f.size()) return result;
 
   // Rates are arranged behind the angles.

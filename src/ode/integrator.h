@@ -36,13 +36,13 @@ struct StepCount {
 
 /// The error control accepts a step of length h if it adds to component i at most an error of
 ///
-///     ¼ tolerance · clamp(h / 1 s, 1/1000, 1) · (1 + min(|y_i|, ceiling_i))
+///     ¼ tolerance · clamp(h / 1 s, 1/1000, 1) · min(unit_i + |y_i|, ceiling_i)
 ///
 /// This is the textbook's atol + rtol |y_i| with atol = rtol, but stricter. The factor ¼ is there because
 /// errors of angles and rates feed each other on the way to the end. The error is one per second, not per
 /// step: the errors of a second meet the tolerance, however many steps it takes. A component's size counts up
-/// to its ceiling: an angle after a million turns must be as exact as after one. That of a slide is R − 1
-/// with the reach R, m: its size is at most R. Components beyond the ceilings are not controlled.
+/// to its ceiling: an angle after a million turns must be as exact as after one. Components beyond the
+/// ceilings are not controlled.
 ///
 /// The rounding of a stiff f may exceed this error at every h. So steps below a millisecond count as one
 /// millisecond, and an error passes that is no larger than the effect of rounding y (local_stiffness.h).
@@ -60,24 +60,29 @@ struct StepCount {
 /// stiffness, |λ| is the least one so far: the error stays when a stop is left. At a tolerance of 2e-10, T is
 /// 1 s. Stiff motions then mostly need half the evaluations or fewer, and angles still meet the tolerance.
 struct Tolerance {
+  static constexpr Eigen::Index none = std::numeric_limits<Eigen::Index>::max();
+
+  Tolerance() = default;
+  /// All units are 1.
+  Tolerance(double of, Eigen::ArrayXd upTo, Eigen::Index rates = none, std::optional<double> alone = {})
+      : value(of), ceiling(std::move(upTo)), firstRate(rates), ofRates(alone) {
+    unit.setOnes(ceiling.size());
+  }
+
   double value = 0;
-  Eigen::ArrayXd ceiling;
-  Eigen::Index firstRate = std::numeric_limits<Eigen::Index>::max();  ///< components before it are angles
+  Eigen::ArrayXd unit, ceiling;
+  Eigen::Index firstRate = none;  ///< components before it are angles
   std::optional<double> ofRates{};
-  Eigen::Index works = 0;  ///< components at the end of `ceiling` whose size is unitOfWork + |W_i|
-  double unitOfWork = 1;   ///< J
+  Eigen::Index works = 0;  ///< components at the end of `ceiling`
+  double unitOfWork = 1;   ///< J: that of works beyond the ceilings, too
 
   /// True if auto expects taylor, and radau13 among the stiff methods, to be the fastest.
   bool isFine() const { return value <= 1e-5; }
   /// The same for arranged components of f. Allocates.
   Tolerance arrangedBy(const System& f) const;
 
-  /// Components before the works.
-  Eigen::Index coordinates() const { return ceiling.size() - works; }
-  double unit(Eigen::Index i) const { return i < coordinates() ? 1 : unitOfWork; }
-  /// 1 + min(|y_i|, ceiling_i), or that of a work.
   double size(const Vector& y, Eigen::Index i) const {
-    return unit(i) + std::min(std::abs(y[i]), ceiling[i]);
+    return std::min(unit[i] + std::abs(y[i]), ceiling[i]);
   }
 };
 

@@ -13,10 +13,9 @@ namespace planar_chain::ode {
 
 class LocalStiffness {
  public:
-  /// f must outlive this object. tolerance: arranged. Its works move no other component, and depend on the
-  /// unit of mass: they count as no stiffness. Allocates; the other functions do not.
-  explicit LocalStiffness(System& f, const Tolerance& tolerance = {}) : f_(f), works_(tolerance.works) {
-    unit_.head(tolerance.ceiling.size()) = (1 + tolerance.ceiling).min(1);
+  /// f must outlive this object. works: the number of components at the end that move no other one and
+  /// depend on the unit of mass; they count as no stiffness. Allocates; the other functions do not.
+  explicit LocalStiffness(System& f, Eigen::Index works = 0) : f_(f), works_(works) {
     Vector pattern(f.size());
     pattern.setOnes();
     for (Eigen::Index i = 1; i < pattern.size(); i += 2) pattern[i] = -1;
@@ -29,8 +28,8 @@ class LocalStiffness {
   static constexpr int period = 100;
 
   /// Calls update() at the first of every `period` calls.
-  void maybeUpdate(double t, const Vector& y) {
-    if (calls_ == 0) update(t, y);
+  void maybeUpdate(double t, const Vector& y, const Tolerance& tolerance) {
+    if (calls_ == 0) update(t, y, tolerance);
     calls_ = (calls_ + 1) % period;
   }
   /// Makes the next maybeUpdate() the first one.
@@ -48,8 +47,9 @@ class LocalStiffness {
     least_ = std::numeric_limits<double>::infinity();
     lasting_ = &eigenvalue_;
   }
-  /// Measures both at the arranged state y, by six evaluations of f.
-  void update(double t, const Vector& y) {
+  /// Measures both at the arranged state y, by six evaluations of f. Units that the tolerance does not have
+  /// are 1.
+  void update(double t, const Vector& y, const Tolerance& tolerance = {}) {
     f_.slope(t, y.data(), base_.data());
     moved_.tail(works_) = y.tail(works_);
     eigenvalue_ = simd::largestEigenvalue<double>(
@@ -61,10 +61,10 @@ class LocalStiffness {
     }
     least_ = std::min(least_, eigenvalue_);
 
-    // Move each component by one unit in the last place of 1 + |y_i|, or of a position of R + |y_i|, with
-    // its ceiling R − 1, up and down by turns.
+    // Move each component by one unit in the last place of unit_i + |y_i|, up and down by turns.
     for (Eigen::Index i = 0; i < y.size(); ++i) {
-      const double ulp = std::numeric_limits<double>::epsilon() * (unit_[i] + std::abs(y[i]));
+      const double unit = i < tolerance.unit.size() ? tolerance.unit[i] : 1;
+      const double ulp = std::numeric_limits<double>::epsilon() * (unit + std::abs(y[i]));
       moved_[i] = y[i] + zigzag_[i] * ulp;
     }
     f_.slope(t, moved_.data(), slope_.data());
@@ -106,7 +106,6 @@ class LocalStiffness {
   double least_ = std::numeric_limits<double>::infinity();  ///< eigenvalue_ since begin()
   const double* lasting_ = &eigenvalue_;                    ///< that of turningTime()
   Vector noise_{f_.arrangedSize()}, base_ = noise_, moved_ = noise_, slope_ = noise_, direction_ = noise_;
-  Vector unit_ = Vector::Ones(f_.arrangedSize());
   Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
 };
 

@@ -41,7 +41,7 @@ MakeIntegrator equalSteps(const std::string& method, double h, double stagesTo) 
     const double value = method == "taylor" ? toleranceOfSeries : stagesTo;
     const ode::Tolerance tolerance = toleranceOf(sceneWith(scene, method, value), 0, f).arrangedBy(f);
     return ode::fixedSteps(
-        ode::makeStepper(method, f, tolerance, std::make_shared<ode::LocalStiffness>(f, tolerance)), h);
+        ode::makeStepper(method, f, tolerance, std::make_shared<ode::LocalStiffness>(f, tolerance.works)), h);
   };
 }
 

@@ -162,12 +162,12 @@ PLANAR_CHAIN_IN_ONE_PIECE double largestRatio(const ErrorVectors& of, const Allo
   for (int s = 0; s < laneCount; ++s) lanes[s] = s;
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
     const Pack y = absolute(loadSome(of.y + i, count));
-    const Pack counted = smaller(y, loadSome(of.ceiling + i, count));
+    const Pack size = smaller(loadSome(of.unit + i, count) + y, loadSome(of.ceiling + i, count));
     const Pack most =
         lanes < allowances.angles - i ? Pack(allowances.most).v : Pack(allowances.mostOfRates).v;
-    const Pack allowed =
-        larger(mulAdd(most, counted, most), Pack(allowances.perNoise) * loadSome(of.noise + i, count));
-    const Pack ratio = absolute(loadSome(of.error + i, count)) / allowed;
+    const Pack allowed = larger(most * size, Pack(allowances.perNoise) * loadSome(of.noise + i, count));
+    const Pack all = absolute(loadSome(of.error + i, count)) / allowed;
+    const Pack ratio = {lanes < count ? all.v : Pack(0).v};  // behind the last component: 0/0
     largest = larger(ratio, largest);
     zero = mulAdd(Pack(0), ratio, zero);
   });

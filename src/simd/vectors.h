@@ -13,7 +13,7 @@ namespace planar_chain::simd {
 
 /// The input of an error norm, component by component.
 struct ErrorVectors {
-  const double *error, *y, *ceiling, *noise;
+  const double *error, *y, *unit, *ceiling, *noise;
 };
 
 /// The error that is allowed of the first `angles` components, and of those behind.
@@ -57,7 +57,7 @@ struct VectorKernel {
   static constexpr int tailOrders = 6;
   void (*tail)(const std::array<double, tailOrders>& weights, const double* c, double* error,
                std::ptrdiff_t n);
-  /// max |error| / max(most (1 + min(|y|, ceiling)), perNoise noise). NaN if one of them is not finite.
+  /// max |error| / max(most min(unit + |y|, ceiling), perNoise noise). NaN if one of them is not finite.
   double (*largestRatio)(const ErrorVectors& of, const AllowedErrors& allowed, std::ptrdiff_t n);
 };
 

@@ -28,7 +28,7 @@ class Stepped {
       : state_(f.arrangedSize()) {
     std::copy_n(at.arrangedY.data(), f.arrangedSize(), state_.y.data());
     ode::Tolerance allowed{tolerance, Eigen::ArrayXd::Constant(2 * n, infinity)};
-    allowed.ceiling.head(n) = 4;
+    allowed.ceiling.head(n) = 5;
     integrator_ = ode::makeMethod(method, f, interval, allowed);
     step();  // the first one looks for its length
   }
