@@ -95,6 +95,7 @@ class Tools(InFolder):
         self.assertGreater(len(rows), 10)
         self.assertTrue(all(math.isfinite(entry) for row in rows for entry in row))
         self.assertRegex(self.simulate("--duration", "10", "--rate", "0.1", "--most-steps", "20").stderr, " after 3[2-9] steps")
+        self.assertIn("(--most-steps); each row takes a step (--rate)\n", self.simulate("--duration", "1", "--rate", "1e4", "--most-steps", "2000").stderr)
         fine = self.simulate("--duration", "10", "--tolerance", "1e-12", "--most-steps", "20").stderr
         self.assertIn("; the tolerance is 1e-12, and below 1e-10 rounding may exceed it; expected at most 20 steps", fine)
         self.assertEqual(self.simulate("--duration", "1", "--most-steps", "10000").returncode, 0)

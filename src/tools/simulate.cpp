@@ -326,7 +326,9 @@ int simulate(const Arguments& given) {
 
   // The result.
   if (caught == 0 && !budget.isLeft() && simulation.fault().empty() && k <= rows.last) {
-    std::fprintf(stderr, "simulate: %s (--most-steps)\nThe last state:\n", budget.reason().c_str());
+    const bool areForRows = k > static_cast<double>(simulation.statistics().steps) / 2;
+    std::fprintf(stderr, "simulate: %s (--most-steps)%s\nThe last state:\n", budget.reason().c_str(),
+                 areForRows ? "; each row takes a step (--rate)" : "");
     writeState(stderr, simulation);
     return runFailed;
   }
