@@ -89,10 +89,9 @@ Numbers arrayOf(const py::object& given, const char* name) {
   requireNoMask(given, name);
   const py::array any = py::array::ensure(given);
   if (!any) refuse(name, "an array of numbers", given);
-  if (std::string("iufO").find(any.dtype().kind()) ==
-      std::string::npos) {  // bools, text, complex, times, records
+  // Others are bools, text, complex numbers, times, records.
+  if (std::string("iufO").find(any.dtype().kind()) == std::string::npos)
     throw Refused({{name, "an array of real numbers", "one of " + shown(any.dtype())}});
-  }
   if (any.dtype().kind() == 'O') {
     for (const py::handle& item : any.attr("ravel")())
       numberOf(py::reinterpret_borrow<py::object>(item), name);
