@@ -75,7 +75,8 @@ ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q
 
 /// Returns the torques in the joints, N m, that give the accelerations qdd (rad/s², n) in addition to
 /// everything else that acts: M_q q̈ − f without drives. If the tip is held they are not unique: these have
-/// the smallest Σ τ². Friction opposes the rate, or at rest the acceleration. In O(n).
+/// the smallest Σ τ². Friction opposes the rate, or at rest the acceleration; breakaway does not count, so a
+/// joint at rest may stick under these torques. In O(n).
 /// @throws std::invalid_argument as activeForces(), and for a qdd that is not of size n
 /// @throws Refused for a qdd that moves a held tip
 Eigen::VectorXd inverseDynamics(const Scene& scene, double t, const Eigen::VectorXd& q,

@@ -111,6 +111,7 @@ B has the rank n − 2, or n − 1 for a tip on a line.)");
   module.def(
       "inverse_dynamics", &inverseAt, scene, py::arg("qdd"), q, qd, t,
       R"(Returns the joint torques, n, N m, that give the accelerations qdd (n, rad/s²) beside all that acts.
+Friction opposes the rate, or at rest the acceleration. breakaway does not count: a joint at rest may stick under these torques.
 
 The default state, and what is refused, are those of equations().)");
   module.def(
