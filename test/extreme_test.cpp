@@ -258,6 +258,25 @@ TEST(TenThousandLinks, BendIntoACircleUnderAMoment) {
   }
 }
 
+// ---- Beyond the numbers ------------------------------------------------------------------------
+
+TEST(Torques, WhoseWorkIsNotFiniteEndTheRunWithAReason) {
+  // They cancel, so that the motion is calm: no series and no error estimate shows them.
+  const std::string link = ": {mass: 1, inertia: 0.0833, com: [0.5, 0], pin: [1, 0], initial: {angle: ";
+  const std::string load = ": {joint: b_joint, start: 0.5, stop: 0.51, torque: ";
+  Scene scene = readSceneText("{chain: [a, b], links: {a" + link + "0.3}}, b" + link + "0.5}}}, loads: {one" +
+                              load + "1.0e308}, other" + load + "-1.0e308}}}");
+  for (const char* method : {"auto", "taylor", "dop853", "radau13"}) {
+    scene.integrator.method = method;
+    Simulation simulation(scene);
+    int asked = 0;
+    EXPECT_FALSE(simulation.advanceTo(1, [&] { return ++asked < 100000; }));
+    EXPECT_LT(asked, 100000) << method << " does not end";
+    EXPECT_NE(simulation.fault().find("the motion leaves the finite numbers"), std::string::npos)
+        << method << ": " << simulation.fault();
+  }
+}
+
 // ---- Published -----------------------------------------------------------------------------------
 
 TEST(FoldedChain, FallsFasterThanFreely) {

@@ -153,6 +153,27 @@ TEST_P(ByEveryMethod, MovesAChainAlike) {
 
 // ---- Dead time -----------------------------------------------------------------------------------
 
+/// Two links, the outer of which has a limit of 2 N m, after half a second under this torque.
+std::vector<double> underTorque(double torque, const char* motor) {
+  const Scene scene = readSceneText(
+      "chain: [a, b]\nlinks:\n  a: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}\n"
+      "  b: {mass: 0.7, inertia: 0.03, com: [0.25, 0], pin: [0.5, 0], joint: {effort_limit: 2" +
+      std::string(motor) + "}}\n");
+  Simulation simulation(scene, 4);
+  simulation.holdTorque(1, torque, forever);
+  simulation.addTorque(1, torque / 4, 0.2, 0.3);
+  EXPECT_TRUE(simulation.advanceTo(0.5)) << torque << ": " << simulation.fault();
+  EXPECT_LE(std::abs(simulation.energyBalance().residual), 1e-8) << torque;
+  return simulation.q();
+}
+
+TEST(Commands, ThatAreCutOffMoveTheChainAsTheirLimitDoes) {
+  for (const char* motor : {"", ", motor: {time_constant: 0.01}"}) {
+    const std::vector<double> expected = underTorque(3, motor);
+    for (const double torque : {1e3, 1e15, 1e200, 1.5e308}) EXPECT_EQ(underTorque(torque, motor), expected);
+  }
+}
+
 TEST(DeadTime, IsExact) {
   Simulation simulation(flywheel("command_delay: 0.037"), 4);
   ASSERT_TRUE(simulation.advanceTo(0.1));

@@ -125,5 +125,27 @@ TEST(Sticking, OfASlideMissesAShareOfTheReach) {
   }
 }
 
+/// A cart that drags two rods along, the last on a line, in units of L m and T s.
+std::vector<double> closedMotion(double L, double T) {
+  const std::string l = toText(L), half = toText(L / 2), inertia = toText(L * L / 12);
+  const std::string rod = ": {mass: 1, inertia: " + inertia + ", com: [" + half + ", 0], pin: [" + l + ", 0]";
+  Scene scene = readSceneText(
+      "{gravity: [0, " + toText(-9.81 * L / (T * T)) + "], chain: [cart, a, b], links: {" +
+      "cart: {mass: 2, joint: {type: prismatic, friction: " + toText(0.5 * L / (T * T)) +
+      "}, initial: {velocity: " + toText(0.05 * L / T) + "}}, a" + rod + ", initial: {angle: -1.2}}, b" + rod +
+      "}}, tip: {line: {point: [0, " + toText(-1.5 * L) + "], direction: [1, 0]}}}");
+  scene.integrator.tolerance = 1e-12;
+  Simulation simulation(scene);
+  EXPECT_TRUE(simulation.advanceTo(T)) << simulation.fault();
+  std::vector<double> q = simulation.q();
+  q[0] /= L;
+  return q;
+}
+
+TEST(Sticking, OfASlideInAClosedChainKnowsNoUnit) {
+  const std::vector<double> expected = closedMotion(1, 1), found = closedMotion(1e-6, 1e4);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 1e-9) << i;
+}
+
 }  // namespace
 }  // namespace planar_chain

@@ -86,14 +86,15 @@ void CommandEffect::list(double t) {
   const auto isOver = [t](const Command& command) { return command.stop <= t; };
   timed_.erase(std::remove_if(timed_.begin(), timed_.end(), isOver), timed_.end());
 
+  cutOff(t);
   for (const auto* commands : {&held_, &timed_}) {
     for (const Command& command : *commands) {
       Command listed = command;
-      if (hasMotor(command.joint)) listed.joint = Load::none;  // only its start and stop count
+      // Only its start and stop count.
+      if (hasMotor(command.joint) || isCutOff(command.joint)) listed.joint = Load::none;
       addWithin(listed, Constant{}, t);
     }
   }
-  cutOff(t);
 }
 
 double CommandEffect::sumAt(double t, std::size_t joint) const {
@@ -111,39 +112,38 @@ double CommandEffect::torqueAt(double t, std::size_t joint) const {
   return std::clamp(sumAt(t, joint), -limits_[joint], limits_[joint]);
 }
 
-double CommandEffect::overAt(double t, std::size_t joint) const {
-  return sumAt(t, joint) - torqueAt(t, joint);
+int CommandEffect::sideAt(double t, std::size_t joint) const {
+  const double sum = sumAt(t, joint);
+  return sum > limits_[joint] ? 1 : sum < -limits_[joint] ? -1 : 0;
 }
 
 void CommandEffect::cutOff(double t) {
   for (std::size_t i = 0; i < limits_.size(); ++i) {
     if (std::isinf(limits_[i])) continue;
-    const double over = overAt(t, i);
-    const int side = over > 0 ? 1 : over < 0 ? -1 : 0;
+    const int side = sideAt(t, i);
     cutOffs_[i] += side != 0 && side != sidesCutOff_[i];
     sidesCutOff_[i] = side;
-    if (over == 0 || hasMotor(static_cast<int>(i))) continue;
-    Command less;
-    less.joint = static_cast<int>(i);
-    less.torque = -over;
-    less.stop = std::numeric_limits<double>::infinity();
-    addWithin(less, Constant{}, t);
+    if (side == 0 || hasMotor(static_cast<int>(i))) continue;
+    Command limit;
+    limit.joint = static_cast<int>(i);
+    limit.torque = side * limits_[i];
+    limit.stop = std::numeric_limits<double>::infinity();
+    addWithin(limit, Constant{}, t);
   }
 }
 
 std::vector<Load> CommandEffect::inForce(double t, const double* /*omega*/) const {
   std::vector<Load> loads;
+  const auto isOfLimit = [&](int joint) { return joint != Load::none && sideAt(t, index(joint)) != 0; };
   for (const auto* commands : {&held_, &timed_}) {
     for (const auto& [link, force, point, moment, joint, torque, start, stop] : *commands) {
-      if (!(start <= t && t < stop) || hasMotor(joint)) continue;
+      if (!(start <= t && t < stop) || hasMotor(joint) || isOfLimit(joint)) continue;
       loads.push_back({"command", link, force, point, moment, joint, torque, Constant{}, start, stop});
     }
   }
-  // What an effort limit takes off.
-  for (std::size_t i = 0; i < limits_.size(); ++i) {
-    const bool isFree = std::isinf(limits_[i]) || hasMotor(static_cast<int>(i));
-    const double over = isFree ? 0 : overAt(t, i);
-    if (over != 0) loads.push_back({"limit", Load::none, {}, {}, 0, static_cast<int>(i), -over});
+  for (int i = 0; i < static_cast<int>(limits_.size()); ++i) {
+    if (!hasMotor(i) && isOfLimit(i))
+      loads.push_back({"limit", Load::none, {}, {}, 0, i, torqueAt(t, index(i))});
   }
   return loads;
 }

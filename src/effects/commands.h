@@ -66,10 +66,11 @@ class CommandEffect : public TimedTerms {
   std::size_t placeOf(const Command& command) const;
   /// The sum of the torques in a joint at t.
   double sumAt(double t, std::size_t joint) const;
-  /// What that is beyond the limit by, N m.
-  double overAt(double t, std::size_t joint) const;
-  /// Takes that off.
+  /// ±1 if that is above or below the limit, else 0.
+  int sideAt(double t, std::size_t joint) const;
+  /// Notes where that is so, and lists the limit in place of the commands.
   void cutOff(double t);
+  bool isCutOff(int joint) const { return joint != Load::none && sidesCutOff_[index(joint)] != 0; }
 
   std::size_t capacity_;
   std::vector<Command> held_;     ///< of each joint, then of each link

@@ -20,7 +20,8 @@ constexpr double accuracyOfWeak = 0.1, weak = 1e4;
 /// Friction that changes no rate by more than this share of the tolerance in a second is left out. Rounding
 /// of the joint's moment would decide whether it sticks.
 constexpr double negligible = 0.1;
-/// rad/s: more than the rate that the projection onto a held tip gives a joint at rest.
+/// rad/s, of a slide times the chain's reach: more than the rate that the projection onto a held tip gives a
+/// joint at rest.
 constexpr double leftOver = 1e-11;
 /// Of the inertia that a body has about its pin, with what it carries there. A point mass and a slide without
 /// mass have none of their own: they would yield without bound, and no start, however fast, would count.
@@ -108,11 +109,11 @@ void StickSlip::findSlidesSlope(const double* alpha, Numbers& slope) const {
 
 double StickSlip::looseDue(int joint, const double* omega) const {
   const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
-  return std::abs(outer - inner) - 8 * epsilon * (std::abs(outer) + std::abs(inner)) - looseRate();
+  return std::abs(outer - inner) - 8 * epsilon * (std::abs(outer) + std::abs(inner)) - looseRate(joint);
 }
 
-double StickSlip::looseRate() const {
-  return std::max(accuracy * tolerance_, leftOver);
+double StickSlip::looseRate(int joint) const {
+  return unit_[joint] * std::max(accuracy * tolerance_, leftOver);
 }
 
 // ---- Transitions ------------------------------------------------------------------------------------

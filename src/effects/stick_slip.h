@@ -85,8 +85,8 @@ class StickSlip {
   void findSlidesSlope(const double* alpha, Numbers& slope) const;
   /// How far a loose joint has come to slide, rad/s.
   double looseDue(int joint, const double* omega) const;
-  /// The least |q̇| of a loose joint that counts, rad/s.
-  double looseRate() const;
+  /// The least |q̇| of a loose joint that counts, rad/s, of a slide m/s.
+  double looseRate(int joint) const;
   /// |μ| that releases a stuck joint, N m.
   double limit(int joint) const { return breakaway_[joint] + band_[joint]; }
   double stickDue(int joint, const double* moments) const { return std::abs(moments[joint]) - limit(joint); }

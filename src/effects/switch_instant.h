@@ -153,7 +153,7 @@ class SwitchInstant {
     const double ofTime = changeWithinRounding(of, begin, half, end), most = joints_.breakaway(joint);
     constexpr double ofRates = 32 * epsilon, ofMoments = 1e-11, late = 1e-5, leastLate = 1e-8,
                      mostLate = 1e-6;
-    if (joints_.isLoose(joint)) return ofTime + joints_.looseRate();
+    if (joints_.isLoose(joint)) return ofTime + joints_.looseRate(joint);
     if (joints_.slides(joint)) {
       const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
       return ofTime + ofRates * (std::abs(omega[joint]) + inner);

@@ -109,7 +109,9 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   stiffness_->maybeUpdate(state.t, state.y, tolerance_);
   if (h_ <= 0) propose(state, end - state.t);
   const bool isForeseen = stepper_->foresees(state, h_);
-  const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_, stepper_->error())) : 1;
+  double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_, stepper_->error())) : 1;
+  if (!finite_)
+    lengthened = std::min(lengthened, 1.0);  // what was not finite is in no error that is foreseen
   h_ *= lengthened;
   double next = landing(state.t, end, std::min(h_, longestStep));
 
