@@ -131,9 +131,10 @@ std::vector<double> closedMotion(double L, double T) {
   const std::string rod = ": {mass: 1, inertia: " + inertia + ", com: [" + half + ", 0], pin: [" + l + ", 0]";
   Scene scene = readSceneText(
       "{gravity: [0, " + toText(-9.81 * L / (T * T)) + "], chain: [cart, a, b], links: {" +
-      "cart: {mass: 2, joint: {type: prismatic, friction: " + toText(0.5 * L / (T * T)) +
-      "}, initial: {velocity: " + toText(0.05 * L / T) + "}}, a" + rod + ", initial: {angle: -1.2}}, b" + rod +
-      "}}, tip: {line: {point: [0, " + toText(-1.5 * L) + "], direction: [1, 0]}}}");
+      "cart: {mass: 2, joint: {type: prismatic, friction: " + toText(0.1 * L / (T * T)) +
+      ", breakaway: " + toText(100 * L / (T * T)) + "}, initial: {velocity: " + toText(0.05 * L / T) +
+      "}}, a" + rod + ", initial: {angle: -1.2}}, b" + rod + "}}, tip: {line: {point: [0, " +
+      toText(-1.5 * L) + "], direction: [1, 0]}}}");
   scene.integrator.tolerance = 1e-12;
   Simulation simulation(scene);
   EXPECT_TRUE(simulation.advanceTo(T)) << simulation.fault();
