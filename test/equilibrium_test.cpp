@@ -96,5 +96,28 @@ TEST(Equilibrium, OfAnEnergyWithoutAMinimumThereIsNone) {
   }
 }
 
+/// Why there is none: of a rod on a spring without weight, under this torque.
+std::string whyNone(const std::string& spring, const std::string& torque) {
+  const Scene scene = readSceneText(
+      "{gravity: [0, 0], chain: [a], links: {a: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], joint: "
+      "{" +
+      spring + "}}}, loads: {one: {joint: a_joint, torque: " + torque +
+      "}, other: {joint: a_joint, torque: " + torque + "}}}");
+  try {
+    return "found at " + std::to_string(equilibriumOf(scene, 0, scene.q)[0]);
+  } catch (const std::domain_error& none) {
+    return none.what();
+  }
+}
+
+TEST(Equilibrium, TellsWhyNoneIsFound) {
+  EXPECT_EQ(whyNone("stiffness: 1", "1"), "found at 2.000000");
+  EXPECT_EQ(whyNone("stiffness: 1", "1000"),
+            "the search for an equilibrium gave up 1000 rad from its start: there may be one");
+  EXPECT_EQ(whyNone("damping: 1", "1"),
+            "the energy falls without end, as under a constant torque without a spring");
+  EXPECT_EQ(whyNone("stiffness: 1", "1.5e308"), "forces and torques whose sum is not finite");
+}
+
 }  // namespace
 }  // namespace planar_chain

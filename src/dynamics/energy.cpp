@@ -1,6 +1,7 @@
 #include "planar_chain/energy.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dynamics/rails.h"
 #include "dynamics/stored_energy.h"
@@ -95,6 +96,21 @@ double angularMomentum(const Chain& chain, const double* theta, const double* om
     momentum += link.mass * cross(x, v) + link.inertia * rate;
   });
   return momentum;
+}
+
+double leastStored(const Stores& stores, const Joint& joint, double q, double acting) {
+  const auto V = [&](double at) {
+    double sum = 0;
+    for (const EffectKind* kind : stores.kinds) sum += kind->energyIn(joint, at);
+    return sum;
+  };
+  constexpr int most = 10;  // Newton's method: V is quadratic in pieces
+  for (int k = 0; k < most; ++k) {
+    const double slope = (V(q + 1) - V(q - 1)) / 2, curvature = V(q + 1) - 2 * V(q) + V(q - 1);
+    if (!(std::abs(slope) > acting && curvature > 0)) break;
+    q -= slope / curvature;
+  }
+  return q;
 }
 
 }  // namespace planar_chain

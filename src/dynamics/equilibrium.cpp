@@ -59,7 +59,7 @@ class Search {
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
     group();
     for (const Load& load : scene.loads) loads_.push_back({&load, factorAt(load, t)});
-    // The moments that weights and forces can have: what residuals are compared with.
+    // What weights and forces can have: residuals are compared with it.
     double reach = 0;
     for (const Link& link : scene.chain.links()) reach += length(link.pin) + length(link.com);
     for (const Link& link : scene.chain.links()) scale_ += link.mass * length(scene.chain.gravity()) * reach;
@@ -69,6 +69,7 @@ class Search {
     }
     acting_ = scale_;
     for (const Joint& joint : scene.chain.joints()) scale_ += (joint.slides ? reach_ : 1) * momentOf(joint);
+    if (!std::isfinite(scale_)) throw std::domain_error("forces and torques whose sum is not finite");
     matrix_.floor *= scale_;
     if (scene.tip) hold();
     N_.resize(n_);
@@ -103,7 +104,7 @@ class Search {
         return found;
       }
       for (int j = 0; j < n_; ++j) {
-        if (std::abs(theta[j] - start[j]) > farthest * unitOf(j)) throw std::domain_error(endless(j));
+        if (std::abs(theta[j] - start[j]) > farthest * unitOf(j)) giveUpFarFromStart(j);
       }
     }
     throw SearchGaveUp("the search for an equilibrium gave up after " + std::to_string(step) +
@@ -122,20 +123,7 @@ class Search {
   /// The angle q of a joint; or, if all that acts is too weak to hold it more than a turn of a step away,
   /// where its springs and stops alone have least energy. The search would go there by a step for each rad.
   double nearer(int j, double q) const {
-    const Joint& joint = scene_.chain.joints()[index(j)];
-    const auto V = [&](double at) {
-      double sum = 0;
-      for (const EffectKind* kind : stores_.kinds) sum += kind->energyIn(joint, at);
-      return sum;
-    };
-    constexpr int most = 10;  // Newton's method: V is quadratic in pieces
-    double least = q;
-    for (int k = 0; k < most; ++k) {
-      const double slope = (V(least + 1) - V(least - 1)) / 2;
-      const double curvature = V(least + 1) - 2 * V(least) + V(least - 1);
-      if (!(std::abs(slope) > acting_ && curvature > 0)) break;
-      least -= slope / curvature;
-    }
+    const double least = leastStored(stores_, scene_.chain.joints()[index(j)], q, acting_);
     return std::abs(least - q) > longestTurn ? least : q;
   }
 
@@ -154,11 +142,17 @@ class Search {
   }
   /// What a slide moves by where an angle turns by 1 rad, m. So forces along rails are compared with moments.
   double unitOf(int j) const { return coordinates_.slides(j) ? reach_ : 1; }
-  std::string endless(int j) const {
-    return coordinates_.slides(j)
-               ? "the joint " + scene_.chain.joints()[index(j)].name +
-                     " slides without end: it needs a spring or a limit"
-               : "the energy falls without end, as under a constant torque without a spring";
+  [[noreturn]] void giveUpFarFromStart(int j) const {
+    const std::vector<Joint>& joints = scene_.chain.joints();
+    const auto own = joints.begin() + j;
+    if (std::all_of(own->slides ? own : joints.begin(), own + 1, storesEnergy))
+      throw SearchGaveUp("the search for an equilibrium gave up " + toText(farthest * unitOf(j)) +
+                         (own->slides ? " m" : " rad") + " from its start: there may be one");
+    if (own->slides) throw std::domain_error(endlessSlide(*own));
+    throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
+  }
+  static std::string endlessSlide(const Joint& joint, const std::string& why = "") {
+    return "the joint " + joint.name + " slides without end" + why + ": it needs a spring or a limit";
   }
 
   /// A tip that is held: what closes the chain.
@@ -224,14 +218,13 @@ class Search {
         force += dot(railOf(i), link.mass * scene_.chain.gravity() + F_[index(j)]);
       }
       if (std::abs(force) <= exact * scale_) return;
-      const double stop = force > 0 ? joint.upper : joint.lower;
-      if (const double k = tangents_.k[index(i)]; k > 0) {
+      const double stop = force > 0 ? joint.upper : joint.lower, k = tangents_.k[index(i)];
+      if (k > 0) {
         theta[i] += force / k;
       } else if (std::isfinite(stop) && (force > 0 ? theta[i] <= stop : theta[i] >= stop)) {
         theta[i] = stop + force / joint.stopStiffness;
       } else {
-        throw std::domain_error("the joint " + joint.name + " slides without end under " + toText(force) +
-                                " N: it needs a spring or a limit");
+        throw std::domain_error(endlessSlide(joint, " under " + toText(force) + " N"));
       }
     }
     throw std::domain_error("none was found for the joint " + joint.name);

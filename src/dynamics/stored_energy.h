@@ -21,4 +21,8 @@ struct Stores {
 Energy energyOf(const Chain& chain, const Stores& stores, const double* theta, const double* omega,
                 const BaseState& base = {});
 
+/// The value of q near which springs and stops of a joint alone have least energy, searched from q as far as
+/// their torque is more than `acting`, N m.
+double leastStored(const Stores& stores, const Joint& joint, double q, double acting);
+
 }  // namespace planar_chain
