@@ -132,10 +132,11 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
 /// The error control counts angles up to half a turn.
 constexpr double largestCounted = pi;
 
-/// Rates count as they are. A slide's position counts as its share of the reach, R: its size is at most R; so
-/// does its rate if the chain is short, as its error moves the slide. Works are controlled only where a drive
-/// or the base may do work on a chain that does not move. Their unit is the energy of the chain at 1 rad/s, M
-/// R²/s², if that is more than 1 J: so a motion in g and mm takes the steps of the same one in kg and m.
+/// Rates count as they are. A slide's position counts as its share of the reach, R: its size is at most R. Of
+/// a short chain the rate counts as R + |ṡ|, as its error moves the slide. Works are controlled only where a
+/// drive or the base may do work on a chain that does not move. Their unit is the energy of the chain at 1
+/// rad/s, M R²/s², if that is more than 1 J: so a motion in g and mm takes the steps of the same one in kg
+/// and m.
 inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dynamics& dynamics) {
   const IntegratorSettings settings = settingsOf(scene.integrator, rung);
   const int n = scene.chain.size(),
@@ -145,11 +146,8 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dy
                            settings.rateTolerance};
   tolerance.ceiling.head(n) = 1 + largestCounted;
   const double reach = scene.chain.reach();
-  for (const int first : {0, n}) {
-    auto unit = tolerance.unit.segment(first, scene.chain.slides());
-    unit = std::min(reach, 1.0);
-    if (first == 0 || reach < 1) tolerance.ceiling.segment(first, unit.size()) = reach;
-  }
+  for (const int first : {0, n}) tolerance.unit.segment(first, scene.chain.slides()) = std::min(reach, 1.0);
+  tolerance.ceiling.head(scene.chain.slides()) = reach;
   double mass = 0;
   for (const Link& link : scene.chain.links()) mass += link.mass;
   tolerance.works = works;
