@@ -180,7 +180,7 @@ void Node::waitForRecorder(bool (*keepGoing)()) {
     ros::WallDuration(longestWait).sleep();
   }
   isWaiting_ = false;
-  if (isRecorded()) return;
+  if (isRecorded() || !keepGoing()) return;
   ROS_WARN("no recorder has subscribed to every topic within %g s: the run starts without",
            longestWaitForRecorder);
 }

@@ -23,10 +23,12 @@
 #include <algorithm>
 #include <clocale>
 #include <cmath>
+#include <iostream>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dynamics/pull.h"
 #include "ros/messages/pace.h"
@@ -275,6 +277,15 @@ class MouseDrag {
 
 int main(int argc, char** argv) {
   std::setlocale(LC_CTYPE, "C.UTF-8");  // let the log write signs such as ²
+  std::vector<std::string> given;
+  ros::removeROSArgs(argc, argv, given);
+  if (given.size() > 1) {
+    const bool asks = given[1] == "--help" || given[1] == "-h";
+    (asks ? std::cout : std::cerr) << "Usage: pull [_simulation:=NODE]\nLets the mouse pull the links of a "
+                                      "running simulation in rviz, as "
+                                      "sim.launch pull:=true does.\n";
+    return asks ? 0 : 2;
+  }
   ros::init(argc, argv, "pull");
   const ros::NodeHandle own("~");
   const auto simulation = own.param<std::string>("simulation", "planar_chain");
