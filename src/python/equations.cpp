@@ -105,7 +105,7 @@ one of the results is not. The dict has the letters that `equations --json` prin
       scene, q, qd, t, R"(Returns A (2n×2n) and B (2n×n) of ẋ = A x + B δτ near a state.
 
 x = (δq, δq̇) is a small change of the state, in rad and rad/s; δτ is additional torque in the joints, N m.
-A is the Jacobian of the motion, exact to rounding. The default state, and what is refused, are those of equations().
+A is the Jacobian of the motion, exact to rounding. Motors and delays of commands are in neither: δτ is what acts. The default state, and what is refused, are those of equations().
 Of a closed chain, whose tip is held, A and B are as large, and hold for changes with J_c δq = 0 (J_c: see equations());
 B has the rank n − 2, or n − 1 for a tip on a line.)");
   module.def(

@@ -235,7 +235,8 @@ Fields, with base-frame components: inner_pin, com (n×2, m), angle (n, rad), ve
           "As the function equations(), at the present state, with the commands in force.")
       .def(
           "linearize", [](Running& self) { return atPresent(self.idle(), linearizedAt); },
-          "As the function linearize(), at the present state, with the commands in force.");
+          "As the function linearize(), at the present state, with the commands in force, whose torques "
+          "count as constant.");
 }
 
 }  // namespace
