@@ -336,5 +336,35 @@ TEST(Extreme, SlidesOfTinyMachinesAreAsExactAsOfLargeOnes) {
   }
 }
 
+/// A driven cart with a rod between stops, in units of T s.
+Scene driven(double T, const std::string& method) {
+  const auto of = [&](double size, double power) { return toText(size * std::pow(T, power)); };
+  Scene scene = readSceneText(
+      "{chain: [cart, rod], gravity: [0, " + of(-9.81, -2) +
+      "], links: {cart: {mass: 3, joint: {type: prismatic, drive: {amplitude: 0.24, frequency: " +
+      of(2.319, -1) +
+      "}}}, rod: {mass: 2.38, inertia: 0.042, com: [0.159, 0], pin: [0.379, 0], initial: {angle: -0.39}, "
+      "joint: "
+      "{stiffness: " +
+      of(11, -2) + ", rest_angle: 0.22, lower: -0.49, upper: 0.39, stop_stiffness: " + of(500, -2) + "}}}}");
+  scene.integrator.method = method;
+  scene.integrator.tolerance = 1e-10;
+  return scene;
+}
+
+// A rate of 1e5 m/s is exact to 1e-11 m/s, not to 1e-15 of a short chain's reach: that took steps of 1e-14 s.
+TEST(Extreme, FastCartsOfShortChainsDoNotStall) {
+  constexpr double T = 1.1e-5;
+  for (const char* method : {"auto", "radau13", "dop853", "rodas5p"}) {
+    Simulation slow(driven(1, method)), fast(driven(T, method));
+    ASSERT_TRUE(slow.advanceTo(1)) << slow.fault();
+    int row = 0;
+    while (row < 100 && fast.advanceTo(row * 0.01 * T) && fast.statistics().steps < 100000) ++row;
+    ASSERT_EQ(row, 100) << method << ": " << fast.statistics().steps << " steps, " << fast.fault();
+    ASSERT_TRUE(fast.advanceTo(T));
+    EXPECT_NEAR(fast.q()[1], slow.q()[1], 1e-8) << method;
+  }
+}
+
 }  // namespace
 }  // namespace planar_chain
