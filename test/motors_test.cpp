@@ -151,7 +151,7 @@ TEST_P(ByEveryMethod, MovesAChainAlike) {
   for (std::size_t i = 0; i < own.size(); ++i) EXPECT_NEAR(own[i], reference[i], 2e-5) << i;
 }
 
-// ---- Dead time -----------------------------------------------------------------------------------
+// ---- Cut off -------------------------------------------------------------------------------------
 
 /// Two links, the outer of which has a limit of 2 N m, after half a second under this torque.
 std::vector<double> underTorque(double torque, const char* motor) {
@@ -173,6 +173,8 @@ TEST(Commands, ThatAreCutOffMoveTheChainAsTheirLimitDoes) {
     for (const double torque : {1e3, 1e15, 1e200, 1.5e308}) EXPECT_EQ(underTorque(torque, motor), expected);
   }
 }
+
+// ---- Dead time -----------------------------------------------------------------------------------
 
 TEST(DeadTime, IsExact) {
   Simulation simulation(flywheel("command_delay: 0.037"), 4);

@@ -59,7 +59,7 @@ class Search {
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
     group();
     for (const Load& load : scene.loads) loads_.push_back({&load, factorAt(load, t)});
-    // What weights and forces can have: residuals are compared with it.
+    // The moments that weights and forces can have: what residuals are compared with.
     double reach = 0;
     for (const Link& link : scene.chain.links()) reach += length(link.pin) + length(link.com);
     for (const Link& link : scene.chain.links()) scale_ += link.mass * length(scene.chain.gravity()) * reach;
@@ -142,6 +142,8 @@ class Search {
   }
   /// What a slide moves by where an angle turns by 1 rad, m. So forces along rails are compared with moments.
   double unitOf(int j) const { return coordinates_.slides(j) ? reach_ : 1; }
+
+  /// @throws SearchGaveUp where springs or stops hold body j, else std::domain_error
   [[noreturn]] void giveUpFarFromStart(int j) const {
     const std::vector<Joint>& joints = scene_.chain.joints();
     const auto own = joints.begin() + j;

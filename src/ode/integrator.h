@@ -64,8 +64,9 @@ struct Tolerance {
 
   Tolerance() = default;
   /// All units are 1.
-  Tolerance(double of, Eigen::ArrayXd upTo, Eigen::Index rates = none, std::optional<double> alone = {})
-      : value(of), ceiling(std::move(upTo)), firstRate(rates), ofRates(alone) {
+  Tolerance(double value_, Eigen::ArrayXd ceiling_, Eigen::Index firstRate_ = none,
+            std::optional<double> ofRates_ = {})
+      : value(value_), ceiling(std::move(ceiling_)), firstRate(firstRate_), ofRates(ofRates_) {
     unit.setOnes(ceiling.size());
   }
 

@@ -52,7 +52,8 @@ void writeUrdf(const std::string& path, const Scene& scene, const std::string& n
   if (!file.flush()) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
   const std::vector<std::string> others = notInUrdf(scene);
   if (others.empty()) return;
-  std::fprintf(stderr, "simulate: URDF has no %s: %s is without\n", inCommas(others).c_str(), path.c_str());
+  std::fprintf(stderr, "simulate: %s is without what URDF does not have: %s\n", path.c_str(),
+               inCommas(others).c_str());
 }
 
 // ---- The bag to write ----------------------------------------------------------------------------

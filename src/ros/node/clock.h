@@ -64,6 +64,7 @@ class Clock {
   virtual std::int64_t read() const = 0;  ///< ns
   /// Drops the delay of tick `next`, ns.
   virtual void drop(long long /*next*/, std::int64_t behind) { late_ += behind; }
+  /// For the log: why a delay is dropped.
   virtual std::string whyLate() const { return "simulation time cannot keep up with " + name_; }
   /// Restarts the stamps: tick `next` has this one, in ns.
   void beginAt(long long next, std::int64_t stamp);

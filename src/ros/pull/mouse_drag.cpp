@@ -275,15 +275,17 @@ class MouseDrag {
 }  // namespace
 }  // namespace planar_chain
 
+constexpr const char* usage =
+    "pull [_simulation:=NODE]\n"
+    "Lets the mouse pull the links of a running simulation in rviz. sim.launch starts it with pull:=true.\n";
+
 int main(int argc, char** argv) {
   std::setlocale(LC_CTYPE, "C.UTF-8");  // let the log write signs such as ²
   std::vector<std::string> given;
   ros::removeROSArgs(argc, argv, given);
   if (given.size() > 1) {
     const bool asks = given[1] == "--help" || given[1] == "-h";
-    (asks ? std::cout : std::cerr) << "Usage: pull [_simulation:=NODE]\nLets the mouse pull the links of a "
-                                      "running simulation in rviz, as "
-                                      "sim.launch pull:=true does.\n";
+    (asks ? std::cout : std::cerr) << usage;
     return asks ? 0 : 2;
   }
   ros::init(argc, argv, "pull");

@@ -360,12 +360,8 @@ std::vector<std::string> notInUrdf(const Scene& scene) {
   const Joint bare;
   for (const Joint& joint : scene.chain.joints()) {
     for (const EffectKind* kind : effectKinds()) {
-      for (const JointKey& key : kind->jointKeys()) add(key.of(joint) != key.of(bare), key.name);
-    }
-  }
-  for (const EffectKind* kind : effectKinds()) {
-    for (const JointKey& key : kind->jointKeys()) {
-      if (key.urdfDynamics) keys.erase(key.name);
+      for (const JointKey& key : kind->jointKeys())
+        add(!key.urdfDynamics && key.of(joint) != key.of(bare), key.name);
     }
   }
   for (const char* limit : {"lower", "upper", "effort_limit", "velocity_limit"}) keys.erase(limit);
@@ -373,9 +369,10 @@ std::vector<std::string> notInUrdf(const Scene& scene) {
     for (const auto& other : link.others) keys.insert(other.first);
   }
   for (const auto& other : scene.others) keys.insert(other.first);
-  const auto isNotZero = [](double number) { return number != 0; };
-  add(std::any_of(scene.q.begin(), scene.q.end(), isNotZero), "initial/angle");
-  add(std::any_of(scene.qd.begin(), scene.qd.end(), isNotZero), "initial/velocity");
+  for (int i = 0; i < scene.chain.size(); ++i) {
+    add(scene.q[index(i)] != 0, i < scene.chain.slides() ? "initial/position" : "initial/angle");
+    add(scene.qd[index(i)] != 0, "initial/velocity");
+  }
   add(!(scene.chain.gravity() == Vec2d{0, -9.81}), "gravity");
   add(!scene.drives.empty(), "drive");
   add(!scene.loads.empty(), "loads");
