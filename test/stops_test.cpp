@@ -540,6 +540,29 @@ TEST(Stop, ThatIsOverdampedLeavesNoErrorOfTheRate) {
     EXPECT_LT(apart(after("dopri5", tolerance), exact), 1e-2 * tolerance) << tolerance;
 }
 
+/// A radian takes half a millisecond: an error of a rate may not be relative to the rate and last long, too.
+TEST(Stop, OfAFastClosedChainThatIsOverdampedIsAsExactAsTheTolerance) {
+  Scene scene = readSceneText(R"(
+chain: [a, b, c]
+links:
+  a: {mass: 1, inertia: 0.1, com: [0.4, 0], pin: [0.8, 0.1], initial: {angle: -0.6757, velocity: -1170}}
+  b: {mass: 1, inertia: 0.1, com: [0.4, 0], pin: [0.8, 0.1], initial: {angle: 0.2949, velocity: -295.6}}
+  c: {mass: 1, inertia: 0.1, com: [0.4, 0], pin: [0.8, 0.1], initial: {angle: 0.265, velocity: -173.1},
+      joint: {lower: 0.1715, upper: 0.4945, stop_stiffness: 1.06e9, stop_damping: 3.99e8}}
+gravity: [99320, -893900]
+tip: {line: {point: [2.273, -0.6201], direction: [1, 0.3]}}
+)");
+  const auto after = [&](const char* method, double tolerance) {
+    scene.integrator = {method, tolerance, 1e-3};
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(1.9e-3)) << simulation.fault();
+    return simulation.q();
+  };
+  const std::vector<double> exact = after("radau13", 1e-12);
+  EXPECT_LT(apart(after("dop853", 1e-11), exact), 1e-11);
+  for (const char* method : {"auto", "rodas5p"}) EXPECT_LT(apart(after(method, 1e-8), exact), 5e-8) << method;
+}
+
 /// The course of a step tells when a stop is touched: steps are not repeated to find out. With
 /// friction, and in lanes.
 TEST(Stop, OfALongChainIsLandedOnWithinTheStep) {

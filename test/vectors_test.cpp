@@ -97,7 +97,7 @@ TEST_P(Vectors, AreCombined) {
 }
 
 TEST_P(Vectors, FindTheLargestRatio) {
-  constexpr double share = 1e-6, ofRates = 3e-6, rounding = 1e3,
+  constexpr double share = 1e-6, ofRates = 3e-6, rounding = 1e3, slowUnits = 1.1, turningTime = 0.3,
                    nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<double> y = vector(n), noise = vector(n);
   std::vector<double> unit(y.size(), 1), ceiling(y.size(), std::numeric_limits<double>::infinity()),
@@ -107,11 +107,13 @@ TEST_P(Vectors, FindTheLargestRatio) {
   const std::size_t angles = y.size() / 2;
   const auto allowed = [&](std::size_t i) {
     const double size = std::min(unit[i] + std::abs(y[i]), ceiling[i]);
-    return std::max((i < angles ? share : ofRates) * size, rounding * noise[i]);
+    const double ofRate = std::min(size, slowUnits * unit[i] + turningTime * std::abs(y[i]));
+    return std::max(i < angles ? share * size : ofRates * ofRate, rounding * noise[i]);
   };
   const auto found = [&](const VectorKernel& kernel) {
-    return kernel.largestRatio({error.data(), y.data(), unit.data(), ceiling.data(), noise.data()},
-                               {share, ofRates, static_cast<std::ptrdiff_t>(angles), rounding}, n);
+    return kernel.largestRatio(
+        {error.data(), y.data(), unit.data(), ceiling.data(), noise.data()},
+        {share, ofRates, static_cast<std::ptrdiff_t>(angles), rounding, slowUnits, turningTime}, n);
   };
   forKernels([&](const VectorKernel& kernel) {
     // Each component in its turn; up to where products of two such numbers are not finite.

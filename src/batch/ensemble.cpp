@@ -42,6 +42,7 @@ simd::StepControl controlOf(const IntegratorSettings& settings) {
           Allowance::share * settings.rateTolerance.value_or(settings.tolerance),
           settings.rateTolerance ? 1 : ode::LocalStiffness::leastTurningTime(settings.tolerance),
           largestCounted,
+          Allowance::slowUnits,
           tail};
 }
 

@@ -231,8 +231,14 @@ class Tail {
   Tail(const EnsembleArrays& of, const StepControl& control)
       : control_(control), first_(of.order - kept + 1), turning_(Pack::load(of.turning)) {
     const int n = of.arrays.n;
-    for (int i = 0; i < n; ++i) add(of, i, smaller(absolute(read(of.c, i)), Pack(control.ceiling)), angles_);
-    for (int i = n; i < 2 * n; ++i) add(of, i, absolute(read(of.c, i)), rates_);
+    const Pack one(1), T = smaller(turning_, one);
+    for (int i = 0; i < n; ++i) {
+      add(of, i, one + smaller(absolute(read(of.c, i)), Pack(control.ceiling)), angles_);
+    }
+    for (int i = n; i < 2 * n; ++i) {
+      const Pack rate = absolute(read(of.c, i));
+      add(of, i, smaller(one + rate, mulAdd(T, rate, Pack(control.slowUnits))), rates_);
+    }
   }
 
   /// In units of what is allowed.
@@ -252,7 +258,7 @@ class Tail {
 
   void add(const EnsembleArrays& of, int i, Pack size, Pack* largest) {
     const int n = of.arrays.n;
-    const Pack perSize = Pack(1) / (Pack(1) + size);
+    const Pack perSize = Pack(1) / size;
     for (int k = 0; k < kept; ++k) {
       const Pack term = absolute(read(of.c, (first_ + k) * 2 * n + i));
       largest[k] = larger(Pack(control_.tail[static_cast<std::size_t>(k)]) * (term * perSize), largest[k]);

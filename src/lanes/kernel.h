@@ -185,7 +185,7 @@ struct StepControl {
   double most, least, shortest;  ///< an angle's error is at most max(most × clamp(h, shortest, 1 s), least)
   double mostOfRates;            ///< likewise, and 1 s/T times as much
   double leastTurning;           ///< of T, s; 1: rates count by themselves
-  double ceiling;                ///< of the angles
+  double ceiling, slowUnits;     ///< of the size of angles, of rates
   std::array<double, 6> tail;    ///< factors of the last terms of the series; the last two are added
 };
 

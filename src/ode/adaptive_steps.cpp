@@ -67,7 +67,8 @@ inline double AdaptiveSteps::errorNorm(const Vector& y, double h, const Vector& 
   const Allowance allowance(tolerance_, *stiffness_, h);
   return vectors_.largestRatio(
       {error.data(), y.data(), tolerance_.unit.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
-      {allowance.most, allowance.mostOfRates, tolerance_.firstRate, allowance.perNoise},
+      {allowance.most, allowance.mostOfRates, tolerance_.firstRate, allowance.perNoise, Allowance::slowUnits,
+       allowance.turningTime},
       tolerance_.ceiling.size());
 }
 

@@ -55,6 +55,9 @@ struct StepCount {
 ///
 ///     T = clamp(max(h/2, 1/|λ|, (2e-10/tolerance)² s), 0, 1 s)
 ///
+/// The size of the rate is at most 16 unit + T |y| then. So an error may be relative to a fast rate, or turn
+/// the link as far as that of a slow one, not both: the angle would be off by |y| times its tolerance.
+///
 /// An error e of the rate that grows along the step turns the link by e h/2 within it. Later it turns it by
 /// at least e/|λ|, as no vibration is faster than |λ|, the largest eigenvalue of J. Where stops change the
 /// stiffness, |λ| is the least one so far: the error stays when a stop is left. At a tolerance of 2e-10, T is

@@ -109,19 +109,28 @@ class LocalStiffness {
   Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
 };
 
-/// The error that a step of h may add to an angle: most × Tolerance::size(), or perNoise × noise_i if that is
-/// more. Of a rate, mostOfRates in place of most.
+/// The error that a step of h may add to an angle: most × size, or perNoise × noise_i if that is more. Of a
+/// rate, mostOfRates in place of most.
 struct Allowance {
   Allowance(const Tolerance& tolerance, const LocalStiffness& stiffness, double h)
       : most(mostAt(tolerance.value, h)),
-        mostOfRates(tolerance.ofRates ? mostAt(*tolerance.ofRates, h)
-                                      : most / stiffness.turningTime(h, tolerance.value)),
+        turningTime(tolerance.ofRates ? 1 : stiffness.turningTime(h, tolerance.value)),
+        mostOfRates(tolerance.ofRates ? mostAt(*tolerance.ofRates, h) : most / turningTime),
         perNoise(stiffness.share(tolerance.value) * clearly * stiffness.timeOf(h)) {}
 
-  double most, mostOfRates, perNoise;
+  double most, turningTime, mostOfRates, perNoise;
+
+  /// Of component i of y.
+  double size(const Tolerance& tolerance, const Vector& y, Eigen::Index i) const {
+    const double size = tolerance.size(y, i);
+    return i < tolerance.firstRate
+               ? size
+               : std::min(size, slowUnits * tolerance.unit[i] + turningTime * std::abs(y[i]));
+  }
 
   static constexpr double shortestCounted = 1e-3;  ///< s
   static constexpr double share = 0.25;            ///< of the tolerance that a step's error may use
+  static constexpr double slowUnits = 16;          ///< of a rate: its size counts in full up to there
 
  private:
   static double mostAt(double tolerance, double h) {

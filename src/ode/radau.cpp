@@ -36,7 +36,7 @@ void Radau::step(double t, double h, const Vector& y) {
   const Allowance allowance(tolerance_, *stiffness_, h);
   const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
-    const double size = tolerance_.size(y, i);
+    const double size = allowance.size(tolerance_, y, i);
     const double noise = stiffness_->noise()[i];
     const double lost = std::max(noise * stiffness_->timeOf(h), 2 * epsilon * size);
     const double most = i < tolerance_.firstRate ? allowance.most : allowance.mostOfRates;

@@ -162,9 +162,13 @@ PLANAR_CHAIN_IN_ONE_PIECE double largestRatio(const ErrorVectors& of, const Allo
   for (int s = 0; s < laneCount; ++s) lanes[s] = s;
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
     const Pack y = absolute(loadSome(of.y + i, count));
-    const Pack size = smaller(loadSome(of.unit + i, count) + y, loadSome(of.ceiling + i, count));
-    const Pack most =
-        lanes < allowances.angles - i ? Pack(allowances.most).v : Pack(allowances.mostOfRates).v;
+    const Pack unit = loadSome(of.unit + i, count);
+    const Pack angle = smaller(unit + y, loadSome(of.ceiling + i, count));
+    const Pack rate =
+        smaller(angle, mulAdd(Pack(allowances.slowUnits), unit, Pack(allowances.turningTime) * y));
+    const auto isAngle = lanes < allowances.angles - i;
+    const Pack most = isAngle ? Pack(allowances.most).v : Pack(allowances.mostOfRates).v;
+    const Pack size = isAngle ? angle.v : rate.v;
     const Pack allowed = larger(most * size, Pack(allowances.perNoise) * loadSome(of.noise + i, count));
     const Pack all = absolute(loadSome(of.error + i, count)) / allowed;
     const Pack ratio = {lanes < count ? all.v : Pack(0).v};  // behind the last component: 0/0

@@ -16,11 +16,12 @@ struct ErrorVectors {
   const double *error, *y, *unit, *ceiling, *noise;
 };
 
-/// The error that is allowed of the first `angles` components, and of those behind.
+/// The error that is allowed of the first `angles` components, and of the rates behind (ode/integrator.h).
 struct AllowedErrors {
   double most, mostOfRates;
   std::ptrdiff_t angles;
   double perNoise;
+  double slowUnits, turningTime;
 };
 
 /// A row of ode/combination.h in Nyström's form. `sum` gets the sums, `out` those added to `base`; one of
@@ -57,7 +58,8 @@ struct VectorKernel {
   static constexpr int tailOrders = 6;
   void (*tail)(const std::array<double, tailOrders>& weights, const double* c, double* error,
                std::ptrdiff_t n);
-  /// max |error| / max(most min(unit + |y|, ceiling), perNoise noise). NaN if one of them is not finite.
+  /// max |error| / max(most size, perNoise noise). size = min(unit + |y|, ceiling), and of a rate at most
+  /// slowUnits unit + turningTime |y|. NaN if one of them is not finite.
   double (*largestRatio)(const ErrorVectors& of, const AllowedErrors& allowed, std::ptrdiff_t n);
 };
 
