@@ -450,6 +450,30 @@ TEST(Slides, OnATurningBaseMoveAsTheirPlaces) {
   }
 }
 
+/// A force on a carriage moves the chain as one at its centre of mass. Its rail takes the moment.
+TEST(Slides, PassTheMomentsOfForcesToTheBase) {
+  const Vec2d com{0.1, 0.1}, push{3, -2}, command{1, 4};
+  for (const std::string& text : {plane, turnedPlane}) {
+    double angle = 0;
+    const auto wrenchWith = [&](const std::string& point, Vec2d commandPoint) {
+      Simulation simulation(readSceneText(text + "loads: {push: {link: y, force: [3, -2]" + point + "}}\n"),
+                            1);
+      simulation.holdForce(1, commandPoint, command, 0, 1);
+      EXPECT_TRUE(simulation.advanceTo(0.3));
+      std::vector<LinkMotion> motions(4);
+      simulation.linkMotions(motions.data());
+      angle = motions[1].angle;
+      return simulation.baseWrench();
+    };
+    const BaseWrench atCom = wrenchWith("", com), beside = wrenchWith(", point: [0.6, 0.2]", {-0.1, 0.3});
+    const auto turn = Rotation<double>::of(angle);
+    const double moment =
+        cross(turn * (Vec2d{0.6, 0.2} - com), push) + cross(turn * (Vec2d{-0.1, 0.3} - com), command);
+    EXPECT_LT(length(beside.force - atCom.force), 1e-9);
+    EXPECT_NEAR(beside.torque - atCom.torque, moment, 1e-9);
+  }
+}
+
 TEST(Slides, FollowABaseThatBeginsToTurn) {
   const std::string given = cart() + "integrator: {tolerance: 1e-11}\nbase: {angle: ";
   Simulation known(readSceneText(given + "{times: [0, 1], values: [0, 0.5]}}\n"));

@@ -35,13 +35,24 @@ void Simulation::settle(const std::function<bool()>& keepGoing) {
   setState(rest, still);
 }
 
+namespace {
+
+/// The moment of a load on a slide about its centre of mass, N m. Its rail takes it.
+double railMoment(const Load& load, double t, const Chain& chain, double angle) {
+  if (load.link == Load::none || !chain.coordinates().slides(load.link)) return 0;
+  const Vec2d arm = Rotation<double>::of(angle) * (load.point - chain.links()[index(load.link)].com);
+  return factorAt(load, t) * (load.moment + cross(arm, load.force));
+}
+
+}  // namespace
+
 BaseWrench Simulation::baseWrench() {
   const auto n = static_cast<std::size_t>(scene_.chain.size());
   std::vector<LinkMotion> motions(n);
   std::vector<double> tau(n), qdd(n, 0.0);
   linkMotions(motions.data());
   jointTorques(tau.data());
-  // Of the first joint that turns, then of what slides: a load on a slide counts at its centre of mass.
+  // Of the first joint that turns, then of what slides, with loads at its centre of mass; then their moments.
   const std::size_t slides = index(scene_.chain.slides());
   const double rotor = inertiaIn(scene_.chain.joints()[slides]);
   if (rotor > 0) accelerations(qdd.data());
@@ -54,6 +65,11 @@ BaseWrench Simulation::baseWrench() {
     torque -= cross(motions[i].com - ground, motions[i].pinForce - force) +
               scene_.chain.links()[i].inertia * motions[i].alpha;
     force = motions[i].pinForce;
+  }
+  if (slides > 0) {
+    for (const std::vector<Load>& loads : {scene_.loads, commands()}) {
+      for (const Load& load : loads) torque += railMoment(load, time(), scene_.chain, motions[0].angle);
+    }
   }
   return {-1.0 * force, torque};
 }
