@@ -174,6 +174,20 @@ TEST(Commands, ThatAreCutOffMoveTheChainAsTheirLimitDoes) {
   }
 }
 
+TEST(Commands, ThatCancelAreNoneHoweverLarge) {
+  const Scene scene = readSceneText(
+      "chain: [a]\nlinks: {a: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], joint: {effort_limit: "
+      "2}}}\n");
+  Simulation simulation(scene, 4);
+  constexpr double huge = 1.5e308;  // two of them are no number
+  for (const double torque : {huge, huge, -huge, -huge}) simulation.addTorque(0, torque, 1);
+  simulation.holdTorque(0, 1, forever);
+  const std::vector<Load> commands = simulation.commands();
+  EXPECT_TRUE(
+      std::none_of(commands.begin(), commands.end(), [](const Load& one) { return one.name == "limit"; }));
+  EXPECT_EQ(simulation.cutOffs()[0], 0);
+}
+
 // ---- Dead time -----------------------------------------------------------------------------------
 
 TEST(DeadTime, IsExact) {

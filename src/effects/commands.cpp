@@ -98,14 +98,14 @@ void CommandEffect::list(double t) {
 }
 
 double CommandEffect::sumAt(double t, std::size_t joint) const {
-  double sum = 0;
+  long double sum = 0;  // torques that cancel may overflow on the way
   const auto add = [&](const Command& command) {
     if (command.joint == static_cast<int>(joint) && command.start <= t && t < command.stop)
       sum += command.torque;
   };
   add(held_[joint]);
   std::for_each(timed_.begin(), timed_.end(), add);
-  return sum;
+  return static_cast<double>(sum);
 }
 
 double CommandEffect::torqueAt(double t, std::size_t joint) const {
