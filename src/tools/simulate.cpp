@@ -163,14 +163,22 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
 // ---- Signals ---------------------------------------------------------------------------------
 
 volatile std::sig_atomic_t caught = 0;  ///< the signal that ends the run
+std::chrono::steady_clock::time_point caughtAt;
 
-/// Lets Ctrl-C, kill and the end of the terminal end the run so that its files are complete. A second signal
-/// ends the program at once.
+/// Lets Ctrl-C, kill and the end of the terminal end the run so that its files are complete. A later signal
+/// ends the program at once. Signals close together are one: `timeout` sends two.
 void catchSignals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const auto before = std::signal(signal, [](int which) {
-      caught = which;
-      std::signal(which, SIG_DFL);
+      constexpr std::chrono::milliseconds together{200};
+      const auto now = std::chrono::steady_clock::now();
+      if (caught == 0) {
+        caughtAt = now;
+        caught = which;
+      } else if (now - caughtAt > together) {
+        std::signal(which, SIG_DFL);
+        std::raise(which);
+      }
     });
     if (before == SIG_IGN) std::signal(signal, SIG_IGN);  // as in a shell's background
   }
