@@ -189,9 +189,10 @@ class Numbers(unittest.TestCase):
         four_bar = Scene.from_file("four_bar")  # its initial angles do not close it; those of a recording do so to its noise
         values = {"links/rocker/mass": 0.4, "links/coupler/inertia": 0.0417}
         data = noisy(motion(four_bar, four_bar.state), 8)
+        first = four_bar.with_values({path: 1.3 * value for path, value in values.items()})
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            result = fit(four_bar.with_values({path: 1.3 * value for path, value in values.items()}), data, list(values))
+            result = fit(first, data, list(values))
         self.assertEqual((result.not_told, result.warnings), ([], []))
         for path, value in values.items():
             self.assertLess(abs(found(result)[path].value - value), 4 * found(result)[path].deviation)
@@ -225,8 +226,52 @@ class Numbers(unittest.TestCase):
         self.assertAlmostEqual(found(result)[COM].value, 0.5, delta=1e-6)
         self.assertAlmostEqual(found(result)[DAMPING].value, 0.02, delta=1e-6)
 
+    def test_the_law_of_a_driven_joint(self):
+        scene = Scene({"chain": ["a", "rod"], "links": {
+            "a": {**ROD, "joint": {"drive": {"amplitude": 0.6, "frequency": 0.81, "offset": 0.1}}}, "rod": {**ROD, "joint": {"damping": 0.1}}}})
+        law = "links/a/joint/drive/"
+        numbers = {law + "amplitude": 0.5, law + "frequency": 0.8, law + "offset": 0.2}
+        for begin in (0, 150):  # 1.5 s
+            recording = noisy(motion(scene, scene.state, np.arange(0, 4, 0.01)), 4)
+            later = {name: values[begin:] for name, values in recording.items()}
+            result = found(fit(scene, later, numbers))
+            for key, truth in (("amplitude", 0.6), ("frequency", 0.81), ("offset", 0.1)):
+                number = result[law + key]
+                self.assertLess(abs(number.value - truth), 4 * number.deviation, (begin, key))
+                self.assertLess(number.deviation, 2e-4)
+
+    def test_laws_of_time_in_a_recording_that_starts_later(self):
+        push = {"joint": "rod_joint", "torque": 1.5, "frequency": 0.7, "phase": 0.3, "start": 1.6}
+        pushed = Scene({**PENDULUM.to_dict(), "loads": {"push": push}})
+        tip = {"pin": {"x": {"amplitude": 0.1, "frequency": 1.0, "offset": 1.2}, "y": {"offset": -0.5}}}
+        links = {name: {**ROD, "joint": {"damping": 0.1}} for name in ("a", "b", "c")}
+        closed = Scene({"chain": list(links), "links": links, "tip": tip})
+        for scene, numbers in ((pushed, {"loads/push/frequency": (0.67, 0.7), "loads/push/torque": (1.3, 1.5)}),
+                               (closed, {"links/b/mass": (0.8, 1.0)}), (closed, {"tip/pin/x/amplitude": (0.09, 0.1)})):
+            recording = noisy(motion(scene, scene.state, np.arange(0, 4, 0.01)), 5)
+            later = {name: values[130:] for name, values in recording.items()}
+            result = fit(scene, later, {path: first for path, (first, _) in numbers.items()})
+            for path, (_, truth) in numbers.items():
+                number = found(result)[path]
+                self.assertLess(abs(number.value - truth), 4 * number.deviation, (path, number))
+            self.assertFalse(result.bad)
+
 
 class Words(unittest.TestCase):
+    def test_a_rule_between_numbers_is_told(self):
+        def rubbing(friction, breakaway):
+            return Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": {"friction": friction, "breakaway": breakaway}}}})
+        recording = noisy(motion(rubbing(0.21, 0.21), [0.5, 0]), 6)
+        result = fit(rubbing(0.2, 0.3), recording, {FRICTION: 0.2})
+        self.assertLess(abs(found(result)[FRICTION].value - 0.21), 4 * found(result)[FRICTION].deviation)
+        for breakaway in (0.2, 0.205):
+            result = fit(rubbing(0.2, breakaway), recording, {FRICTION: 0.2})
+            self.assertRegex("\n".join(result.warnings), rf"{FRICTION} cannot be more than {breakaway}: links/rod/joint/breakaway: expected")
+            self.assertEqual(result.not_told, [])
+        # From the border the fit goes where the scene allows it.
+        result = fit(rubbing(0.23, 0.23), recording, {FRICTION: 0.23})
+        self.assertLess(abs(found(result)[FRICTION].value - 0.21), 4 * found(result)[FRICTION].deviation)
+
     def test_only_a_product_is_seen(self):
         result = fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 5), ["links/rod/mass", "links/rod/com/0", "links/rod/inertia"])
         self.assertIn("1 combination of them", result.not_told[0])

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 
-from planar_chain import Scene
+from planar_chain import Refused, Scene
 
 from .bad import TRIAL, badness, mistakes, sparse
 from .bags import read_bag
@@ -86,6 +86,7 @@ class Fit:
                        zip(self.recordings, self.angles, samples)]
         self.until = [float(recording.t[places[-1]]) for recording, places in zip(self.recordings, samples)]
         self.warnings = [f"{found.path} ran to its bound {getattr(found, found.at_bound):g}" for found in self.numbers if found.at_bound]
+        self.warnings += beyond(scene, problem.numbers, deviations.values)
         self.bad = badness(self.recordings, self.joints, problem.errors(solution.x, samples), samples)
         if not deviations.are_noise and max(error.max() for _, error in self.errors) > problem.errors_of_runs:
             self.bad = self.bad or sparse(problem, solution)
@@ -101,6 +102,22 @@ class Fit:
         def error(problem, states):
             return Solver(problem, states, (TRIAL,)).first_error()
         self.warnings = mistakes(error, scene, problem, states) + self.warnings
+
+
+def beyond(scene, numbers, values):
+    """Sentences on numbers that stand where a rule of the scene ends their range."""
+    said = []
+    for k, number in enumerate(numbers):
+        for side in (1, -1):
+            moved = np.array(values)
+            moved[k] += side * AT_BOUND * number.scale
+            if not number.low <= moved[k] <= number.high:
+                continue
+            try:
+                scene_with(scene, numbers, moved)
+            except Refused as error:
+                said.append(f"{number.path} cannot be {'more' if side > 0 else 'less'} than {values[k]:.6g}: {error}")
+    return said
 
 
 def lost(recordings, samples):

@@ -87,17 +87,16 @@ def probe(problem, solution, samples, used, j, torque):
     angles, n = [np.zeros((0, len(problem.joints)))] * len(samples), len(problem.joints)
     for r in used:
         recording, (values, state, _, delay) = problem.recordings[r], problem.parts(solution.x, r)
-        scene = problem.scene_of(r, delay)
-        paths = {number.path: [value] * 2 for number, value in zip(problem.numbers, values)}
+        scene, parameters = problem.scene_of(r, delay, values), problem.parameters(r, [values] * 2)
         t = np.round(recording.t[samples[r]], 12)
-        motion = simulate_many(scene, t, initial=[state] * 2, parameters=paths).states[0]
+        motion = simulate_many(scene, t, initial=[state] * 2, parameters=parameters).states[0]
         shape = np.nan_to_num(torque(motion[:, :n], motion[:, n:])[:, j])
         size = PROBE * max(number.scale for number in problem.numbers) / max(abs(shape).max(), NOT_ZERO)
         tree = scene.to_dict()
         loads = {**(tree.get("loads") or {}), "fit_probe": {"joint": problem.joints[j], "torque": 0.0, "times": t.tolist(),
                                                             "values": shape.tolist()}}
         runs = simulate_many(Scene({**tree, "loads": loads}), t, initial=[state] * 2,
-                             parameters={**paths, "loads/fit_probe/torque": [-size, size]}).states[:, :, :n]
+                             parameters={**parameters, "loads/fit_probe/torque": [-size, size]}).states[:, :, :n]
         angles[r] = np.nan_to_num((runs[1] - runs[0]) / (2 * size))
     return np.concatenate([motion[mask] for motion, mask in zip(angles, problem.measured(samples))])
 

@@ -4,9 +4,11 @@ The unknowns, x: the numbers over their scales; then for each recording its init
 not driven), and if asked for the offset of each encoder and the delay between torque and motion, s. A residual is an angle of the
 model plus the offset minus the measured one, rad."""
 
+import re
+
 import numpy as np
 
-from planar_chain import Scene, simulate_many
+from planar_chain import Refused, Scene, simulate_many
 
 from .recordings import BadFit, moved_loads, moved_scene
 
@@ -34,6 +36,8 @@ class Problem:
         self.size = len(numbers) + self.per_recording * len(recordings)
         self.runs = 0  # simulated so far
         self.is_plain = is_plain(self.values)
+        self.moves_drives = any(re.match("links/[^/]*/joint/drive/", number.path) for number in numbers)
+        self.moves_laws = self.moves_drives or any(re.match("(loads|base|tip)/", number.path) for number in numbers)
         self.reason = ""  # of the last run that failed
         self.errors_of_runs = OF_THE_RUNS * TOLERANCE * max(recording.duration for recording in recordings)  # rad or m
         self._scenes = {}
@@ -77,7 +81,8 @@ class Problem:
         values = x[:len(self.numbers)] * [number.scale for number in self.numbers]
         own = x[self.own(r)]
         f, n = 2 * len(self.free), len(self.joints)
-        state = self.scene_of(r, 0.0).state if f < 2 * n else np.empty(2 * n)
+        scene = self.scene_of(r, 0.0, values) if f < 2 * n else None
+        state = scene.state if scene else np.full(2 * n, np.nan)
         state[self.columns] = own[:f]
         return values, state, own[f:f + n] if self.has_offsets else np.zeros(n), float(own[-1]) if self.has_delay else 0.0
 
@@ -90,35 +95,55 @@ class Problem:
 
     # ---- Runs ----------------------------------------------------------------------------------
 
-    def scene_of(self, r, delay):
-        """The scene of recording r, with what acted on it. Recordings of free motion share theirs."""
+    def has_numbers(self, r):
+        """Whether the scenes of recording r have the numbers' values already: a driven joint starts on its law, and a recording that
+        starts later moves the laws of time."""
+        return self.moves_drives or (self.moves_laws and self.recordings[r].start != 0)
+
+    def scene_of(self, r, delay, values):
+        """The scene of recording r, with what acted on it. Recordings of free motion share theirs. None if it is refused."""
         recording = self.recordings[r]
         delay = delay if recording.shows_delay() else 0.0
         has_time = recording.loads or (recording.start and has_laws(self.values))
-        key = (r if has_time else None, delay)
+        key = (r if has_time else None, delay, tuple(values) if self.has_numbers(r) else None)
         if key not in self._scenes:
             if len(self._scenes) > 4 * len(self.recordings) + 16:
                 self._scenes.clear()
-            values = moved_scene(self.values, recording.start) if has_time else self.values
-            loads = moved_loads(recording.loads, -delay)
-            self._scenes[key] = Scene({**values, "loads": {**(values.get("loads") or {}), **unlike(loads, values.get("loads") or {})}})
+            self._scenes[key] = self._scene(recording, delay, has_time, values if self.has_numbers(r) else None)
         return self._scenes[key]
+
+    def _scene(self, recording, delay, has_time, values):
+        try:
+            tree = self.values
+            if values is not None:
+                tree = Scene(tree).with_values({number.path: float(one) for number, one in zip(self.numbers, values)}).to_dict()
+            tree = moved_scene(tree, recording.start) if has_time else tree
+            own = tree.get("loads") or {}
+            return Scene({**tree, "loads": {**own, **unlike(moved_loads(recording.loads, -delay), own)}})
+        except Refused as error:
+            self.reason = str(error)
+            return None
+
+    def parameters(self, r, rows):
+        """The values of the numbers by their paths, a row each, of runs of a scene of recording r."""
+        columns = np.transpose(rows)
+        return {} if self.has_numbers(r) else {number.path: column for number, column in zip(self.numbers, columns)}
 
     def motions(self, rows, samples):
         """rows: (recording, values, state, delay) of each run. samples: the places of the times, for each recording.
 
         Returns for each row the angles, times × n, NaN where a run failed."""
         groups = {}
-        for k, (r, _, _, delay) in enumerate(rows):
-            scene = self.scene_of(r, delay)
-            groups.setdefault(id(scene), (scene, []))[1].append(k)
-        results = [None] * len(rows)
+        results = [np.full((len(samples[r]), len(self.joints)), np.nan) for r, *_ in rows]
+        for k, (r, values, _, delay) in enumerate(rows):
+            scene = self.scene_of(r, delay, values)
+            if scene:
+                groups.setdefault(id(scene), (scene, []))[1].append(k)
         for scene, members in groups.values():
             times = {r: np.round(self.recordings[r].t[samples[r]], 12) for r in {rows[k][0] for k in members}}
             grid = self._grid(np.unique(np.concatenate(list(times.values()))), bool(scene.to_dict().get("loads")))
-            columns = np.array([rows[k][1] for k in members]).reshape(len(members), -1).T
             runs = simulate_many(scene, grid, initial=np.array([rows[k][2] for k in members]),
-                                 parameters=dict(zip((number.path for number in self.numbers), columns)),
+                                 parameters=self.parameters(rows[members[0]][0], [rows[k][1] for k in members]),
                                  threads=1 if self.is_plain and len(members) <= FEW else 0)
             self.runs += len(members)
             self.reason = next(iter(runs.reasons.values()), self.reason)
@@ -136,9 +161,8 @@ class Problem:
     def states(self, x, r, places):
         """The states of recording r at these samples. The first is that from which the run goes, which closes a closed chain."""
         values, state, _, delay = self.parts(x, r)
-        parameters = {number.path: [value] for number, value in zip(self.numbers, values)}
         times = np.round(self.recordings[r].t[places], 12)
-        return simulate_many(self.scene_of(r, delay), times, initial=[state], parameters=parameters).states[0]
+        return simulate_many(self.scene_of(r, delay, values), times, initial=[state], parameters=self.parameters(r, [values])).states[0]
 
     def is_sparse(self, x, r, places):
         """Whether these samples of recording r hide much of the motion between them: where they do not, angles change by nearly the mean
@@ -173,34 +197,38 @@ class Problem:
 
     def jacobian(self, x, samples, width=None):
         """Residuals × unknowns, by differences: one-sided, or central ones of this relative width. A recording's own unknowns move its
-        residuals alone."""
-        central = width is not None
-        steps = self.steps(x) * (width / DIFFERENCE if central else 1)
-        rows, whose = [], []
-        for r in range(len(self.recordings)):
-            for k in [None, *range(len(self.numbers)), *range(self.own(r).start, self.own(r).stop)]:
-                for sign in (1, -1) if central and k is not None else (1,):
-                    moved = x.copy()
-                    if k is not None:
-                        moved[k] += sign * steps[k]
-                    values, state, offset, delay = self.parts(moved, r)
-                    rows.append((r, values, state, delay))
-                    whose.append((r, k, sign, offset))
-        motions = [motion + offset for motion, (*_, offset) in zip(self.motions(rows, samples), whose)]
+        residuals alone. Where one side cannot run, such as beyond a rule of the scene, the other one counts."""
+        steps = self.steps(x) * (width / DIFFERENCE if width else 1)
         masks = self.measured(samples)
         edges = np.concatenate([[0], np.cumsum([mask.sum() for mask in masks])])
-        jacobian, base = np.zeros((edges[-1], self.size)), None
-        for k, (motion, (r, unknown, sign, _)) in enumerate(zip(motions, whose)):
-            if unknown is None:
-                base = motion
-                continue
-            other, apart = base, steps[unknown]
-            if central and sign < 0:
-                continue
-            if central and np.isfinite(motions[k + 1]).all():  # else the value lies at the end of its range
-                other, apart = motions[k + 1], 2 * apart
-            jacobian[edges[r]:edges[r + 1], unknown] = np.nan_to_num((motion - other)[masks[r]] / apart, nan=0.0)
+        columns = [(r, k) for r in range(len(self.recordings)) for k in [*range(len(self.numbers)), *range(self.own(r).start, self.own(r).stop)]]
+        present = [(r, 0, 0) for r in range(len(self.recordings))]
+        motions = self._moved(x, steps, [*present, *((r, k, sign) for r, k in columns for sign in ((1, -1) if width else (1,)))], samples)
+
+        def runs(side):
+            return np.isfinite(motions[side]).all() if side in motions else False
+        failed = [(r, k, -1) for r, k in columns if not runs((r, k, 1)) and (r, k, -1) not in motions]
+        motions.update(self._moved(x, steps, failed, samples))
+        jacobian = np.zeros((edges[-1], self.size))
+        for r, k in columns:
+            if runs((r, k, -1)):
+                upper = 1 if runs((r, k, 1)) else 0
+                change = (motions[r, k if upper else 0, upper] - motions[r, k, -1]) / ((1 + upper) * steps[k])
+            else:
+                change = (motions[r, k, 1] - motions[r, 0, 0]) / steps[k]
+            jacobian[edges[r]:edges[r + 1], k] = np.nan_to_num(change[masks[r]], nan=0.0)
         return jacobian
+
+    def _moved(self, x, steps, sides, samples):
+        """The angles of recording r when unknown k moves by a step of this sign, by (r, k, sign)."""
+        rows, offsets = [], []
+        for r, k, sign in sides:
+            moved = x.copy()
+            moved[k] += sign * steps[k]
+            values, state, offset, delay = self.parts(moved, r)
+            rows.append((r, values, state, delay))
+            offsets.append(offset)
+        return {side: motion + offset for side, motion, offset in zip(sides, self.motions(rows, samples), offsets)}
 
     def require_runs(self, x, samples):
         """Refuses a scene that cannot run at its first values."""
@@ -232,7 +260,8 @@ def drive_of(values, link):
 
 
 def has_laws(values):
-    return bool(values.get("loads") or values.get("base") or any(drive_of(values, link) for link in values["chain"]))
+    tip = (values.get("tip") or {}).get("pin")
+    return bool(values.get("loads") or values.get("base") or isinstance(tip, dict) or any(drive_of(values, link) for link in values["chain"]))
 
 
 def is_plain(values):

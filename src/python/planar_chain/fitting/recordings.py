@@ -326,6 +326,9 @@ def moved_scene(values, shift):
     values["loads"] = moved_loads(values.get("loads") or {}, shift)
     if values.get("base"):
         values["base"] = {name: moved_law(law, shift) for name, law in values["base"].items()}
+    pin = (values.get("tip") or {}).get("pin")
+    if isinstance(pin, dict):
+        values["tip"] = {**values["tip"], "pin": {name: moved_law(law, shift) for name, law in pin.items()}}
     values["links"] = dict(values["links"])
     for name, link in values["links"].items():
         drive = ((link or {}).get("joint") or {}).get("drive")
