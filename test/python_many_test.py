@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 import unittest
+import warnings
 
 try:
     import numpy as np
@@ -129,6 +130,25 @@ class Many(unittest.TestCase):
         self.assertEqual(many.reasons[0], "links/lower/mass: expected a number > 0 kg, got -1; "
                                           "links/upper/mass: expected a number > 0 kg, got -2")
         self.assertNotIn("\n", simulate_many(DOUBLE, [1.0], np.full((1, 4), np.nan)).reasons[0])
+
+    def test_notes_on_runs_are_told(self):
+        numbers = {"links/lower/joint/friction": [0, 1e-12, 1e-3]}
+        with self.assertWarnsRegex(UserWarning, "^1 of 3 runs have notes; of run 1: links/lower/joint/friction: is left out"):
+            many = simulate_many(DOUBLE, [0.1], parameters=numbers)
+        self.assertEqual(list(many.notes), [1])
+        self.assertEqual(many.reasons, {})
+        with self.assertWarnsRegex(UserWarning, "^links/lower/joint/friction: is left out"):
+            weak = DOUBLE.with_values({"links/lower/joint/friction": 1e-12})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # what the scene has is told already
+            weak.with_values({"links/lower/mass": 2})
+            self.assertEqual(simulate_many(weak, [0.1], parameters={"links/lower/mass": [1, 2]}).notes, {})
+
+    def test_a_start_that_does_not_close_the_chain_is_told(self):
+        closed = Scene.from_file(os.path.join(SCENES, "four_bar.yaml"))
+        start = simulate_many(closed, [0], parameters={"links/crank/mass": [1]}).states[0, 0]
+        with self.assertWarnsRegex(UserWarning, "^1 of 2 runs have notes; of run 1: the joint rocker_joint is moved by"):
+            simulate_many(closed, [0], initial=[start, start + [0.2, -0.1, 0.3, 0, 0, 0]])
 
     def test_two_values_for_one_state_are_refused(self):
         with self.assertRaises(Refused) as caught:

@@ -187,7 +187,14 @@ class Sweeps(SweepTool):
     def test_notes_on_a_scene_come_once_and_in_words(self):
         command = [os.path.join(BIN, "sweep"), "four_bar", "--vary", "links/rocker/mass=1,2", "--duration", "0.1", "--output", self.path("bar.csv")]
         run = subprocess.run(command, stderr=subprocess.PIPE, universal_newlines=True, timeout=LIMIT, check=True)
-        self.assertRegex(run.stderr, r"\Asweep: note: .*\n\Z")
+        self.assertRegex(run.stderr, r"\Asweep: note: tip.*\nsweep: note: 2 of 2 runs have notes; of run 0: tip.*\n\Z")
+
+    def test_notes_on_runs_are_counted_and_kept(self):
+        friction = "links/lower/joint/friction"
+        said = self.sweep("--vary", friction + "=0,1e-12,1e-3,1e-13", "--duration", "0.1", "--chunk", "3", output=("runs.npz",))
+        self.assertRegex(said, rf"sweep: note: 2 of 4 runs have notes; of run 1: {friction}: is left out: .*\n")
+        with np.load(self.path("runs.npz")) as kept:
+            self.assertEqual([bool(note) for note in kept["notes"]], [False, True, False, True])
 
     def test_a_full_disk_loses_nothing(self):
         arguments = ("--vary", MASS + "=1:2:3000", "--duration", "1", "--instants", "10", "--chunk", "3000")
@@ -251,7 +258,8 @@ class Sweeps(SweepTool):
             file.seek(300)
             file.write(b"damaged!")
         with np.load(os.path.join(parts, "000000080.npz")) as kept:
-            sound = {"holds": str(kept["holds"]), "states": np.zeros((20, 1, 4)), "done": np.ones(20, dtype=bool), "reasons": "{}"}
+            sound = {"holds": str(kept["holds"]), "states": np.zeros((20, 1, 4)), "done": np.ones(20, dtype=bool), "reasons": "{}",
+                     "notes": "{}"}
         np.savez(os.path.join(parts, "000000080.npz"), **{**sound, "states": np.zeros((20, 2, 4))})
         said = self.sweep(*arguments, status=1)
         self.assertRegex(said, "^sweep: expected the chunks of this sweep, got other or damaged files; remove them:\n")
@@ -261,8 +269,8 @@ class Sweeps(SweepTool):
         for name, wrong, words in (("states", sound["states"].astype("U8"), "states of <U8, not float64"),
                                    ("states", sound["states"].astype(complex), "states of complex128, not float64"),
                                    ("done", sound["done"].astype("U8"), "done of <U8, not bool"),
-                                   ("reasons", '{"0": 5}', "reasons that are not a text for each run"),
-                                   ("reasons", '{"20": "why"}', "reasons that are not a text for each run"),
+                                   ("reasons", '{"0": 5}', "reasons or notes that are not a text for a run"),
+                                   ("notes", '{"20": "why"}', "reasons or notes that are not a text for a run"),
                                    ("reasons", "[" * 100000, "damaged (")):
             np.savez(os.path.join(parts, "000000080.npz"), **{**sound, name: wrong})
             self.assertIn("000000080.npz: damaged (" + words.replace("damaged (", ""), self.sweep(*arguments, status=1))

@@ -39,6 +39,7 @@ enum class RunOutcome {
 struct BatchRun {
   RunOutcome outcome = RunOutcome::cancelled;
   std::string reason;   ///< one line; empty unless the run failed
+  std::string notes{};  ///< one line: those of its scene that the scene of the batch does not have
   long long steps = 0;  ///< accepted
 };
 

@@ -45,6 +45,9 @@ struct Note {
 /// "robot.urdf: robot_description/joint[a]: turns freely, as it has neither lower nor upper (and 2 more)"
 std::string toString(const Note& note);
 
+/// Those notes that are not among the known ones.
+std::vector<Note> newNotes(const std::vector<Note>& notes, const std::vector<Note>& known);
+
 // ---- Numbers and text in faults --------------------------------------------------------------------
 
 /// The shortest decimal number that reads back as the same double: 15 to 17 digits, in any locale.

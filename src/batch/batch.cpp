@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "batch/ensemble.h"
+#include "dynamics/given_state.h"
 #include "planar_chain/simulation.h"
 #include "run/step_budget.h"
 
@@ -31,6 +32,9 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
   std::fill_n(states, runs.times.size() * runs.stateSize(), std::numeric_limits<double>::quiet_NaN());
   try {
     Simulation simulation(scene);
+    if (const std::string moved = movedWords("", scene.chain, scene.q.data(), simulation.q().data());
+        !moved.empty())
+      runs.add(run, moved);
     const StepBudget budget(simulation, runs.duration(), runs.mostSteps);
     const auto isWanted = [&] { return !runs.cancelled && budget.isLeft(); };
     bool arrives = true;

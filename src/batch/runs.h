@@ -43,12 +43,19 @@ class Runs {
     try {
       Scene scene = scene_;
       sceneOfRun_(run, scene);
+      for (const Note& note : newNotes(scene.notes, scene_.notes)) add(run, toString(note));
       if (scene.chain.size() == n) return scene;
       fail(run, "every run must have as many links as the scene of the batch");
     } catch (const std::exception& refusal) {
       fail(run, refusal);
     }
     return std::nullopt;
+  }
+
+  /// Adds a note to those of a run.
+  void add(std::size_t run, const std::string& note) {
+    std::string& notes = result.runs[run].notes;
+    notes += (notes.empty() ? "" : "; ") + note;
   }
 
   std::size_t stateSize() const { return 2 * static_cast<std::size_t>(n); }

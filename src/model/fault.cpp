@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <locale>
 #include <sstream>
 #include <utility>
@@ -31,6 +32,16 @@ std::string placeOf(const Finding& finding) {
 std::string toString(const Note& note) {
   const std::string more = note.more > 0 ? " (and " + std::to_string(note.more) + " more)" : "";
   return placeOf(note) + ": " + note.text + more;
+}
+
+std::vector<Note> newNotes(const std::vector<Note>& notes, const std::vector<Note>& known) {
+  std::vector<Note> others;
+  std::copy_if(notes.begin(), notes.end(), std::back_inserter(others), [&](const Note& note) {
+    return std::none_of(known.begin(), known.end(), [&](const Note& one) {
+      return one.path == note.path && one.text == note.text && one.more == note.more;
+    });
+  });
+  return others;
 }
 
 // ---- Numbers and text in faults -------------------------------------------------------------------

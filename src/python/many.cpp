@@ -46,6 +46,25 @@ std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const py::obj
   return {std::move(varied), *runs};
 }
 
+/// One warning for all runs.
+void warnOfNotes(const BatchResult& result) {
+  const auto hasNotes = [](const BatchRun& run) { return !run.notes.empty(); };
+  const auto first = std::find_if(result.runs.begin(), result.runs.end(), hasNotes);
+  if (first == result.runs.end()) return;
+  warn(std::to_string(std::count_if(first, result.runs.end(), hasNotes)) + " of " +
+       std::to_string(result.runs.size()) + " runs have notes; of run " +
+       std::to_string(first - result.runs.begin()) + ": " + first->notes);
+}
+
+/// What runs say, by their numbers, without those that say nothing.
+std::map<std::size_t, std::string> saidBy(const Runs& runs, std::string BatchRun::*what) {
+  std::map<std::size_t, std::string> said;
+  for (std::size_t run = 0; run < runs.result.runs.size(); ++run) {
+    if (const std::string& text = runs.result.runs[run].*what; !text.empty()) said[run] = text;
+  }
+  return said;
+}
+
 Runs simulateMany(const TreeAndScene& scene, const py::object& times, const py::object& initial,
                   const py::object& parameters, const py::object& threads, const py::object& progress,
                   const py::object& mostSteps) {
@@ -69,6 +88,7 @@ Runs simulateMany(const TreeAndScene& scene, const py::object& times, const py::
     const py::gil_scoped_release others;
     result = planar_chain::simulateMany(scene.scene, runs, each, instants, options);
   }
+  warnOfNotes(result);
   return {std::move(result), static_cast<py::ssize_t>(instants.size()),
           static_cast<py::ssize_t>(2 * scene.scene.q.size())};
 }
@@ -97,15 +117,11 @@ NaN where a failed run did not arrive.)")
           },
           "runs: True for each run that reached all times.")
       .def_property_readonly(
-          "reasons",
-          [](const Runs& self) {
-            std::map<std::size_t, std::string> reasons;
-            for (std::size_t run = 0; run < self.result.runs.size(); ++run) {
-              if (!self.result.runs[run].reason.empty()) reasons[run] = self.result.runs[run].reason;
-            }
-            return reasons;
-          },
+          "reasons", [](const Runs& self) { return saidBy(self, &BatchRun::reason); },
           "Why each failed run failed, by its number.")
+      .def_property_readonly(
+          "notes", [](const Runs& self) { return saidBy(self, &BatchRun::notes); },
+          "Notes on the scenes of runs, by their numbers: those that `scene` does not have.")
       .def_property_readonly(
           "steps",
           [](const Runs& self) {

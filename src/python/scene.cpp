@@ -179,20 +179,6 @@ void bindFaults(py::module& module) {
   });
 }
 
-TreeAndScene withValues(const TreeAndScene& scene, const py::object& given) {
-  std::map<std::string, double> numbers;
-  for (const auto& [key, number] : dictOf(given, "numbers")) {
-    const std::string path = textOf(py::reinterpret_borrow<py::object>(key), "numbers");
-    numbers[path] = numberOf(py::reinterpret_borrow<py::object>(number), path.c_str());
-  }
-  std::vector<std::string> paths;
-  for (const auto& entry : numbers) paths.push_back(entry.first);
-  requireNumbers(scene.tree, paths);
-  Value tree = scene.tree;
-  for (const auto& [path, number] : numbers) setNumber(tree, path, number);
-  return TreeAndScene(std::move(tree));
-}
-
 py::array_t<double> stateOf(const TreeAndScene& of) {
   const auto n = static_cast<py::ssize_t>(of.scene.q.size());
   py::array_t<double> state(2 * n);
@@ -213,6 +199,22 @@ namespace {
 TreeAndScene read(Value tree, const std::string& file = "") {
   TreeAndScene made(std::move(tree));
   for (const Note& note : withFiles(made.scene.notes, file, file)) warn(toString(note));
+  return made;
+}
+
+TreeAndScene withValues(const TreeAndScene& scene, const py::object& given) {
+  std::map<std::string, double> numbers;
+  for (const auto& [key, number] : dictOf(given, "numbers")) {
+    const std::string path = textOf(py::reinterpret_borrow<py::object>(key), "numbers");
+    numbers[path] = numberOf(py::reinterpret_borrow<py::object>(number), path.c_str());
+  }
+  std::vector<std::string> paths;
+  for (const auto& entry : numbers) paths.push_back(entry.first);
+  requireNumbers(scene.tree, paths);
+  Value tree = scene.tree;
+  for (const auto& [path, number] : numbers) setNumber(tree, path, number);
+  TreeAndScene made(std::move(tree));
+  for (const Note& note : newNotes(made.scene.notes, scene.scene.notes)) warn(toString(note));
   return made;
 }
 

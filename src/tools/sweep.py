@@ -38,7 +38,7 @@ def write_csv(sweep, path):
     with whole(path) as binary, io.TextIOWrapper(binary, encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(["run", *sweep.paths, "t", *("q_" + j for j in joints), *("qd_" + j for j in joints), "reason"])
-        for start, states, _, reasons in sweep.chunks():
+        for start, states, _, reasons, _ in sweep.chunks():
             for k, motion in enumerate(states):
                 values = [f"{value:.17g}" for value in sweep.values[start + k]]
                 for t, state in zip(sweep.times, motion):
@@ -46,11 +46,13 @@ def write_csv(sweep, path):
 
 
 def write_npz(sweep, path):
-    starts, states, done, reasons = zip(*sweep.chunks())
-    failed = {start + run: text for start, each in zip(starts, reasons) for run, text in each.items()}
+    starts, states, done, reasons, notes = zip(*sweep.chunks())
+
+    def texts(chunks):
+        said = {start + run: text for start, each in zip(starts, chunks) for run, text in each.items()}
+        return [said.get(run, "") for run in range(len(sweep.values))]
     save_npz(path, paths=sweep.paths, values=sweep.values, times=sweep.times, joints=sweep.scene.joints,
-             states=np.concatenate(states), done=np.concatenate(done),
-             reasons=[failed.get(run, "") for run in range(len(sweep.values))])
+             states=np.concatenate(states), done=np.concatenate(done), reasons=texts(reasons), notes=texts(notes))
 
 
 MOST_NUMBERS = 10 ** 8  # in memory at once
@@ -129,9 +131,14 @@ def main():
         show_progress(*PROGRESS)
     for path in given.output:
         WRITERS[os.path.splitext(path)[1]](sweep, path)
-    failed = [text for *_, reasons in sweep.chunks() for text in reasons.values()]
+    failed, noted = [], []
+    for start, *_, reasons, notes in sweep.chunks():
+        failed += reasons.values()
+        noted += [f"run {start + k}: {text}" for k, text in notes.items()]
     sweep.forget()
     PROGRESS.clear()
+    if noted:
+        say(f"note: {len(noted)} of {runs} runs have notes; of {noted[0]}")
     told = f"{runs} runs written to {' and '.join(given.output)}"
     if failed:
         say(f"{told}; {len(failed)} failed, the first: {failed[0]}")

@@ -149,12 +149,11 @@ def save_npz(path, **arrays):
 
 
 def run_chunk(scene, paths, values, times, threads=1):
-    """Returns states, done and reasons. scene: a dict. It runs where the work is done, perhaps on another machine."""
+    """Returns states, done, reasons and notes. scene: a dict. It runs where the work is done, perhaps on another machine."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # notes on the scene came when it was read
-        scene = Scene(scene)
-    runs = simulate_many(scene, times, parameters=dict(zip(paths, np.transpose(values))), threads=threads)
-    return np.array(runs.states), runs.done, runs.reasons
+        warnings.simplefilter("ignore", UserWarning)  # notes on the scene came when it was read; those of runs are returned
+        runs = simulate_many(Scene(scene), times, parameters=dict(zip(paths, np.transpose(values))), threads=threads)
+    return np.array(runs.states), runs.done, runs.reasons, runs.notes
 
 
 class Sweep:
@@ -165,7 +164,7 @@ class Sweep:
         self.folder = os.path.realpath(outputs[0]) + ".parts"  # one, by whatever name the output is given
         self.chunk = chunk  # runs
         self.starts = range(0, len(values), chunk)
-        simulate_many(scene, [], parameters=dict(zip(paths, values[:1].T)))  # refuses paths that lead nowhere
+        run_chunk(scene.to_dict(), paths, values[:1], [])  # refuses paths that lead nowhere
         self._lock = self._locked()
         self._taken = []  # files
         atexit.register(self._release)
@@ -258,19 +257,19 @@ class Sweep:
         return self.scene.to_dict(), self.paths, self.values[start:start + self.chunk], self.times
 
     def keep(self, start, result):
-        states, done, reasons = result
-        save_npz(self._path(start), holds=self._holds(start), states=states, done=done,
-                 reasons=json.dumps({int(k): text for k, text in reasons.items()}))
+        states, done, *words = result
+        reasons, notes = (json.dumps({int(k): text for k, text in of_runs.items()}) for of_runs in words)
+        save_npz(self._path(start), holds=self._holds(start), states=states, done=done, reasons=reasons, notes=notes)
 
     def _chunk(self, start):
-        """start, states, done, reasons. Raises Damaged."""
+        """start, states, done, reasons, notes. Raises Damaged."""
         def damaged(why):
             return Damaged(f"{self._path(start)}: damaged ({why})")
 
         try:
             with np.load(self._path(start)) as kept:
                 holds = str(kept["holds"]) if "holds" in kept else "one of an older version, which does not say its runs"
-                reasons = {int(k): text for k, text in json.loads(str(kept["reasons"])).items()}
+                reasons, notes = ({int(k): text for k, text in json.loads(str(kept[name])).items()} for name in ("reasons", "notes"))
                 states, done = kept["states"], kept["done"]
         except (ValueError, LookupError, AttributeError, EOFError, MemoryError, NotImplementedError, SyntaxError, struct.error,
                 zipfile.BadZipFile, RecursionError) as problem:
@@ -284,9 +283,9 @@ class Sweep:
                 raise damaged(f"{name} of {' x '.join(map(str, array.shape))}, not {' x '.join(map(str, shape))}")
             if array.dtype != kind:
                 raise damaged(f"{name} of {array.dtype}, not {np.dtype(kind)}")
-        if not all(0 <= k < runs and isinstance(text, str) for k, text in reasons.items()):
-            raise damaged("reasons that are not a text for each run that failed")
-        return start, states, done, reasons
+        if not all(0 <= k < runs and isinstance(text, str) for k, text in [*reasons.items(), *notes.items()]):
+            raise damaged("reasons or notes that are not a text for a run")
+        return start, states, done, reasons, notes
 
     def _require_sound_chunks(self):
         damaged = []
@@ -300,7 +299,7 @@ class Sweep:
             raise SweepFailed("expected the chunks of this sweep, got other or damaged files; remove them:" + "".join(damaged))
 
     def chunks(self):
-        """start, states, done, reasons of each, in order."""
+        """start, states, done, reasons, notes of each, in order."""
         return map(self._chunk, self.starts)
 
     def forget(self):
