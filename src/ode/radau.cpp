@@ -38,7 +38,7 @@ void Radau::step(double t, double h, const Vector& y) {
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
     const double size = allowance.size(tolerance_, y, i);
     const double noise = stiffness_->noise()[i];
-    const double lost = std::max(noise * stiffness_->timeOf(h), 2 * epsilon * size);
+    const double lost = std::max(noise * stiffness_->timeOf(h), 2 * epsilon * tolerance_.size(y, i));
     const double most = i < tolerance_.firstRate ? allowance.most : allowance.mostOfRates;
     const auto allowedOf = [&](double one) { return std::max(one * size, allowance.perNoise * noise); };
     allowed_[i] = allowedOf(most);

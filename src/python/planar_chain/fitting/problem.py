@@ -202,29 +202,29 @@ class Problem:
         masks = self.measured(samples)
         edges = np.concatenate([[0], np.cumsum([mask.sum() for mask in masks])])
         columns = [(r, k) for r in range(len(self.recordings)) for k in [*range(len(self.numbers)), *range(self.own(r).start, self.own(r).stop)]]
-        present = [(r, 0, 0) for r in range(len(self.recordings))]
-        motions = self._moved(x, steps, [*present, *((r, k, sign) for r, k in columns for sign in ((1, -1) if width else (1,)))], samples)
-
-        def runs(side):
-            return np.isfinite(motions[side]).all() if side in motions else False
-        failed = [(r, k, -1) for r, k in columns if not runs((r, k, 1)) and (r, k, -1) not in motions]
-        motions.update(self._moved(x, steps, failed, samples))
+        motions = self._moved(x, steps, [(r, None, 0) for r in range(len(self.recordings))]
+                              + [(r, k, sign) for r, k in columns for sign in ((1, -1) if width else (1,))], samples)
+        runs = {side: np.isfinite(motion).all() for side, motion in motions.items()}
+        lower = self._moved(x, steps, [(r, k, -1) for r, k in columns if not runs[r, k, 1] and (r, k, -1) not in runs], samples)
+        motions.update(lower)
+        runs.update((side, np.isfinite(motion).all()) for side, motion in lower.items())
         jacobian = np.zeros((edges[-1], self.size))
         for r, k in columns:
-            if runs((r, k, -1)):
-                upper = 1 if runs((r, k, 1)) else 0
-                change = (motions[r, k if upper else 0, upper] - motions[r, k, -1]) / ((1 + upper) * steps[k])
+            present, above, below = motions[r, None, 0], motions[r, k, 1], motions.get((r, k, -1))
+            if not runs.get((r, k, -1), False):
+                change = (above - present) / steps[k]
             else:
-                change = (motions[r, k, 1] - motions[r, 0, 0]) / steps[k]
+                change = (above - below) / (2 * steps[k]) if runs[r, k, 1] else (present - below) / steps[k]
             jacobian[edges[r]:edges[r + 1], k] = np.nan_to_num(change[masks[r]], nan=0.0)
         return jacobian
 
     def _moved(self, x, steps, sides, samples):
-        """The angles of recording r when unknown k moves by a step of this sign, by (r, k, sign)."""
+        """The angles of recording r when unknown k moves by a step of this sign, by (r, k, sign). k: None for the present ones."""
         rows, offsets = [], []
         for r, k, sign in sides:
             moved = x.copy()
-            moved[k] += sign * steps[k]
+            if k is not None:
+                moved[k] += sign * steps[k]
             values, state, offset, delay = self.parts(moved, r)
             rows.append((r, values, state, delay))
             offsets.append(offset)
