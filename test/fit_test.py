@@ -256,6 +256,20 @@ class Numbers(unittest.TestCase):
                 self.assertLess(abs(number.value - truth), 4 * number.deviation, (path, number))
             self.assertFalse(result.bad)
 
+    def test_a_recording_that_starts_after_many_periods(self):
+        scene = Scene({**PENDULUM.to_dict(), "base": {"x": {"amplitude": 0.1, "frequency": 3.0}}})
+        recording = motion(scene, [-1.5, 0], np.arange(600, 604, 0.01))
+        for path, first, truth in (("links/rod/joint/damping", 0.08, 0.1), ("base/x/frequency", 2.9999, 3.0)):
+            self.assertAlmostEqual(found(fit(scene, recording, {path: first}))[path].value, truth, delta=1e-6)
+
+    def test_a_free_chain(self):
+        joints = {"a": {"type": "floating"}, "b": {"damping": 0.2, "stiffness": 2}, "c": {"drive": {"amplitude": 0.3, "frequency": 0.5}}}
+        scene = Scene({"chain": list(joints), "links": {name: {**ROD, "joint": joint} for name, joint in joints.items()}})
+        start = scene.state + [0, 0, 0, 0.8, 0, 0.5, 1, 0.2, 0, 0]
+        result = fit(scene, noisy(motion(scene, start), 7), {"links/b/joint/damping": 0.1, "links/c/joint/drive/amplitude": 0.25})
+        for path, truth in (("links/b/joint/damping", 0.2), ("links/c/joint/drive/amplitude", 0.3)):
+            self.assertLess(abs(found(result)[path].value - truth), 4 * found(result)[path].deviation)
+
 
 class Words(unittest.TestCase):
     def test_a_rule_between_numbers_is_told(self):

@@ -11,7 +11,7 @@ import numpy as np
 from planar_chain import Scene, simulate_many
 
 from .varied import AT_BOUND, NOT_ZERO, value_at
-from .problem import joint_links
+from .problem import is_floating, joint_links
 
 SHARE, SHARE_OF_TWO = 0.25, 0.5  # of the residuals' squares that a hint explains at least; that two shapes do
 OWN = 1e-3  # the part of a change that no unknown can do; less is an error of the differences
@@ -53,7 +53,7 @@ def hints(problem, solution):
 
     said, fitted = [], [number.path for number in problem.numbers]
     links = joint_links(problem.values)
-    for j in problem.free[:MOST_JOINTS]:
+    for j in [j for j in problem.free if not is_floating(problem.values, links[j])][:MOST_JOINTS]:
         lacking = {shape: (f"links/{links[j]}/joint/{key}", what, probe(problem, solution, few, used, j, torque))
                    for shape, (torque, key, what) in SHAPES.items()
                    if f"links/{links[j]}/joint/{key}" not in fitted}

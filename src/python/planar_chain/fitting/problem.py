@@ -252,7 +252,11 @@ def prepared(values, tolerance):
 
 def joint_links(values):
     """The link whose entry describes each joint, in order."""
-    return [name for name in values["chain"] for _ in range(int(values["links"][name].get("repeat", 1)))]
+    return [name for name in values["chain"] for _ in range(3 if is_floating(values, name) else int(values["links"][name].get("repeat", 1)))]
+
+
+def is_floating(values, link):
+    return (values["links"][link].get("joint") or {}).get("type") == "floating"
 
 
 def drive_of(values, link):

@@ -295,7 +295,7 @@ def moved_law(law, shift):
     """A sine or a curve of a law, or a load, whose time begins `shift` s later."""
     law = dict(law)
     if "frequency" in law:
-        law["phase"] = float(law.get("phase", 0)) + 2 * math.pi * float(law["frequency"]) * shift
+        law["phase"] = math.remainder(float(law.get("phase", 0)) + 2 * math.pi * float(law["frequency"]) * shift, 2 * math.pi)
     if "times" in law:
         law["times"] = [float(t) - shift for t in law["times"]]
     return law
