@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "planar_chain/kane.h"
+#include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
 
@@ -57,6 +58,47 @@ TEST(Pull, MobilityIsThatOfTheDenseMatrices) {
     EXPECT_NEAR(c.motion.mobility.xx, alongX.x(), 1e-10 * alongX.norm()) << n;
     EXPECT_NEAR(c.motion.mobility.xy, alongX.y(), 1e-10 * alongX.norm()) << n;
     EXPECT_NEAR(c.motion.mobility.yy, alongY.y(), 1e-10 * alongY.norm()) << n;
+  }
+}
+
+/// The point, its velocity and mobility turn with the base.
+TEST(Pull, MovesWithTheBase) {
+  const std::string links =
+      "links:\n  cart: {mass: 2, com: [0.2, -0.1], pin: [0, 0.1], joint: {type: prismatic, axis: [1, 0.4]}, "
+      "initial: "
+      "{position: 0.3, velocity: 0.5}}\n  rod: {mass: 1, inertia: 0.1, com: [0.4, 0.1], pin: [0.9, 0], "
+      "initial: "
+      "{angle: 0.7, velocity: -1}}\n  tool: {mass: 0.4, inertia: 0.02, com: [0.2, 0], pin: [0.5, 0], "
+      "initial: "
+      "{angle: -0.4, velocity: 2}}\n";
+  const std::string rods = links.substr(links.find("  rod"));
+  for (const std::string& text :
+       {"chain: [cart, rod, tool]\n" + links, "chain: [rod, tool]\nlinks:\n" + rods}) {
+    const Scene scene =
+        readSceneText(text + "base: {angle: {offset: 2.5}, x: {amplitude: 0.3, frequency: 1}}\n");
+    const int n = scene.chain.size();
+    Simulation simulation(scene);
+    std::vector<LinkMotion> motions(static_cast<std::size_t>(n));
+    simulation.linkMotions(motions.data());
+    std::vector<double> angles;
+    for (const LinkMotion& motion : motions) angles.push_back(motion.angle);
+    Pull pull(scene.chain);
+    const Vec2d tip{0.3, 0.2};
+    const auto turn = Rotation<double>::of(2.5);
+    const Vec2d baseVelocity{0.3 * 2 * pi, 0};
+    for (int link = 0; link < n; ++link) {
+      const LinkMotion& its = motions[static_cast<std::size_t>(link)];
+      const PointMotion still = pull.motionOf(scene.q.data(), scene.qd.data(), link, tip);
+      const PointMotion moved = pull.motionOf(angles.data(), {its.com, its.velocity, its.omega}, link, tip);
+      EXPECT_LT(length(moved.position - turn * still.position), 1e-14) << link;
+      EXPECT_LT(length(moved.velocity - turn * still.velocity - baseVelocity), 1e-13) << link;
+      EXPECT_LT(length(moved.turn * Vec2d{1, 0} - turn * (still.turn * Vec2d{1, 0})), 1e-14) << link;
+      const Vec2d target = turn * Vec2d{1, -2};
+      const Vec2d force = pull.force(moved, target + moved.position, 3);
+      PointMotion same = still;
+      same.velocity = Rotation<double>::of(-2.5) * moved.velocity;
+      EXPECT_LT(length(force - turn * pull.force(same, Vec2d{1, -2} + still.position, 3)), 1e-11) << link;
+    }
   }
 }
 

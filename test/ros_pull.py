@@ -87,9 +87,9 @@ class Dragged(unittest.TestCase):
         listeners = (self.states, self.taken, self.pictures, self.changes, self.links)
         self.addCleanup(lambda: [listener.close() for listener in listeners])
 
-    def start(self):
+    def start(self, **more):
         """A rod at rest along x, its tip held by the mouse; one force for each tick from here on."""
-        for running in (Node(rod(publish={'rate': RATE})), Pull()):
+        for running in (Node(rod(publish={'rate': RATE}, **more)), Pull()):
             running.__enter__()
             self.addCleanup(running.__exit__)
             self.running = running
@@ -126,10 +126,10 @@ class Dragged(unittest.TestCase):
     def forces(self):
         return [taken.link_force[0] for taken in list(self.taken.messages) if taken.kind == CommandTaken.LINK_FORCE]
 
-    def drag(self, x, y):
-        """The mouse at x, y of the base, until the rod is drawn there."""
+    def drag(self, x, y, first=0):
+        """The mouse at x, y of the base, until the rod is drawn there. first: its angle now."""
         state = self.step_with_force()
-        self.assertAlmostEqual(state.position[0], 0, delta=1e-12)
+        self.assertAlmostEqual(state.position[0], first, delta=1e-12)
         self.rviz.say(InteractiveMarkerFeedback.POSE_UPDATE, state.header.stamp, (x - 1, y))
         while self.forces()[-1].force.y == 0:
             self.step_with_force()
@@ -152,6 +152,13 @@ class Dragged(unittest.TestCase):
 
     def is_let_go(self):
         return self.pictures.messages and self.pictures.messages[-1].markers[0].action == Marker.DELETE
+
+    def test_the_link_comes_to_the_mouse_on_a_turned_base(self):
+        turned, angle = 3.0, 0.1
+        self.start(base={'angle': {'offset': turned}}, links={'rod': {**rod()['links']['rod'], 'initial': {'angle': -turned}}})
+        self.drag(math.cos(angle), math.sin(angle), -turned)
+        states = [self.step_with_force() for _ in range(100)]
+        self.assertAlmostEqual(states[-1].position[0], angle - turned, delta=0.005 * angle)
 
     def test_the_link_comes_to_the_mouse_with_critical_damping(self):
         self.start()

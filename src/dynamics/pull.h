@@ -29,6 +29,12 @@
 
 namespace planar_chain {
 
+/// What a link's centre of mass does; base-frame components.
+struct CentreMotion {
+  Vec2d place, velocity;  ///< m, m/s
+  double omega;           ///< of the link, rad/s
+};
+
 /// A point of a link in motion; base-frame components.
 struct PointMotion {
   Vec2d position;           ///< m
@@ -50,8 +56,8 @@ class Pull {
     for (const Link& link : chain.links()) mass_ += link.mass;
   }
 
-  /// Returns the motion of a point of a link. q, qd: relative angles (rad) and rates (rad/s), n each; point:
-  /// link frame, m. Allocates nothing.
+  /// Returns the motion of a point of a link, while the base is at 0. q, qd: relative angles (rad) and rates
+  /// (rad/s), n each; point: link frame, m. Allocates nothing.
   PointMotion motionOf(const double* q, const double* qd, int link, Vec2d point) {
     PointMotion motion;
     const Coordinates coordinates = chain_.coordinates();
@@ -69,9 +75,19 @@ class Pull {
       arm_ = arm;
     }
     motion.turn = e_[index(link)];
-    const Vec2d alongX = answer(link, {1, 0}), alongY = answer(link, {0, 1});
-    motion.mobility = {alongX.x, (alongX.y + alongY.x) / 2, alongY.y};
+    motion.mobility = mobility(link, {});
     return motion;
+  }
+  /// The same while the base moves. angles: absolute ones, rad, n; of slides that of the base.
+  PointMotion motionOf(const double* angles, const CentreMotion& centre, int link, Vec2d point) {
+    const int slides = chain_.slides();
+    const double base = slides > 0 ? angles[0] : 0;  // without slides its angle matters to no mobility
+    for (int i = slides; i < chain_.size(); ++i) e_[index(i)] = Rotation<double>::of(angles[i] - base);
+    arm_ = e_[index(link)] * point;
+    const auto turn = Rotation<double>::of(angles[link]);
+    const Vec2d arm = turn * (point - chain_.links()[index(link)].com);
+    return {centre.place + arm, centre.velocity + centre.omega * perp(arm), turn,
+            mobility(link, Rotation<double>::of(base))};
   }
 
   /// Returns F on that point, N. pulsation: ω, rad/s, > 0.
@@ -86,6 +102,13 @@ class Pull {
   }
 
  private:
+  /// Λ⁻¹ of a chain whose rails are turned by this.
+  Sym2<double> mobility(int link, Rotation<double> turn) {
+    const Rotation<double> back{turn.c, -turn.s};
+    const Vec2d alongX = turn * answer(link, back * Vec2d{1, 0});
+    const Vec2d alongY = turn * answer(link, back * Vec2d{0, 1});
+    return {alongX.x, (alongX.y + alongY.x) / 2, alongY.y};
+  }
   /// The acceleration that the force gives the point, at rest and without gravity.
   Vec2d answer(int link, Vec2d force) {
     const std::size_t last = index(link);

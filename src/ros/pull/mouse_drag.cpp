@@ -13,6 +13,7 @@
 
 #include <interactive_markers/interactive_marker_server.h>
 #include <planar_chain/LinkForce.h>
+#include <planar_chain/LinkStates.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/names.h>
@@ -81,6 +82,7 @@ class MouseDrag {
   /// node.
   MouseDrag(const Scene& scene, const std::string& simulation)
       : scene_(scene),
+        simulation_(simulation),
         frames_(framesOf(scene, simulation)),
         drawing_(scene),
         pull_(scene_.chain),
@@ -94,6 +96,11 @@ class MouseDrag {
         server_(ros::this_node::getName()),
         forceOut_(outer_.advertise<LinkForce>(simulation + "/link_force", 10)),
         pictureOut_(inner_.advertise<visualization_msgs::MarkerArray>("force", 2)) {
+    if (scene_.base && !scene_.publish.linkStates) {
+      ROS_ERROR("%s: publish/link_states: expected true, to drag a chain on a base, got false",
+                simulation.c_str());
+      return;
+    }
     const int n = scene_.chain.size();
     const int apart = frames_.every * mostMarkers;
     const int stride = (n + apart - 1) / apart * frames_.every;
@@ -173,8 +180,10 @@ class MouseDrag {
     grip_ = Grip{link, point, {}, feedback.header.stamp, ros::SteadyTime::now(), {}, {}, {}};
     ticks_ = 0;
     draw(point, {}, ros::Time());
-    statesIn_ =
-        outer_.subscribe("joint_states", 1, &MouseDrag::onState, this, ros::TransportHints().tcpNoDelay());
+    const auto noDelay = ros::TransportHints().tcpNoDelay();
+    statesIn_ = scene_.base
+                    ? outer_.subscribe(simulation_ + "/link_states", 1, &MouseDrag::onLinks, this, noDelay)
+                    : outer_.subscribe("joint_states", 1, &MouseDrag::onState, this, noDelay);
   }
 
   /// True if no states come. rviz then waits for the transforms of any stamp but 0.
@@ -207,17 +216,31 @@ class MouseDrag {
   void onState(const sensor_msgs::JointState& state) {
     const auto n = static_cast<std::size_t>(scene_.chain.size());
     if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
+    follow(pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point),
+           state.header.stamp);
+  }
+  /// Of a chain on a base: how that moves is in no state of a joint.
+  void onLinks(const LinkStates& state) {
+    const auto n = static_cast<std::size_t>(scene_.chain.size());
+    if (!grip_ || state.pose.size() != n || state.velocity.size() != n) return;
+    angles_.clear();
+    for (const geometry_msgs::Pose2D& pose : state.pose) angles_.push_back(pose.theta);
+    const geometry_msgs::Pose2D& pose = state.pose[index(grip_->link)];
+    const geometry_msgs::Twist& rate = state.velocity[index(grip_->link)];
+    const CentreMotion centre{{pose.x, pose.y}, {rate.linear.x, rate.linear.y}, rate.angular.z};
+    follow(pull_.motionOf(angles_.data(), centre, grip_->link, grip_->point), state.header.stamp);
+  }
+
+  void follow(const PointMotion& point, ros::Time stamp) {
     if ((ros::SteadyTime::now() - grip_->feedbackAt).toSec() > longestSilence) return release();
 
     grip_->stateAt = ros::SteadyTime::now();
 
-    // Find the point, and the mouse. Stamps go back if the clock does.
-    const PointMotion point =
-        pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point);
+    // Find the mouse. Stamps go back if the clock does.
     auto& path = grip_->path;
-    if (!path.empty() && state.header.stamp <= path.rbegin()->first) path.clear();
-    path[state.header.stamp] = {point.position, point.turn};
-    while ((state.header.stamp - path.begin()->first).toSec() > memory) path.erase(path.begin());
+    if (!path.empty() && stamp <= path.rbegin()->first) path.clear();
+    path[stamp] = {point.position, point.turn};
+    while ((stamp - path.begin()->first).toSec() > memory) path.erase(path.begin());
     findTarget();
     if (!grip_->target || ticks_++ % stride_ != 0) return;
 
@@ -232,7 +255,7 @@ class MouseDrag {
     if (!pictures_.isDue()) return;
     const Rotation<double> toLink{point.turn.c, -point.turn.s};
     draw(grip_->point + toLink * (*grip_->target - point.position),
-         toLink * drawing_.arrow(force, point.position), state.header.stamp);
+         toLink * drawing_.arrow(force, point.position), stamp);
   }
 
   /// Publishes the grabbed link, the spring to the mouse, and the arrow of the force as a picture; link
@@ -255,12 +278,14 @@ class MouseDrag {
   const Link& linkAt(int link) const { return scene_.chain.links()[index(link)]; }
 
   const Scene scene_;
+  const std::string simulation_;
   Frames frames_;
   Drawing drawing_;
   Pull pull_;
-  int stride_;        ///< ticks from one force to the next
-  double duration_;   ///< the same in s
-  double pulsation_;  ///< ω of the spring, rad/s
+  std::vector<double> angles_;  ///< of all links, rad
+  int stride_;                  ///< ticks from one force to the next
+  double duration_;             ///< the same in s
+  double pulsation_;            ///< ω of the spring, rad/s
   std::optional<Grip> grip_;
   int ticks_ = 0;
   Sketch sketch_;
