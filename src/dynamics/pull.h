@@ -56,8 +56,8 @@ class Pull {
     for (const Link& link : chain.links()) mass_ += link.mass;
   }
 
-  /// Returns the motion of a point of a link, while the base is at 0. q, qd: relative angles (rad) and rates
-  /// (rad/s), n each; point: link frame, m. Allocates nothing.
+  /// Returns the motion of a point of a link, with the base at rest at 0. q, qd: relative angles (rad) and
+  /// rates (rad/s), n each; point: link frame, m. Allocates nothing.
   PointMotion motionOf(const double* q, const double* qd, int link, Vec2d point) {
     PointMotion motion;
     const Coordinates coordinates = chain_.coordinates();
@@ -78,10 +78,10 @@ class Pull {
     motion.mobility = mobility(link, {});
     return motion;
   }
-  /// The same while the base moves. angles: absolute ones, rad, n; of slides that of the base.
+  /// Returns it with a base that moves. angles: absolute, rad, n; the angle of a slide is that of the base.
   PointMotion motionOf(const double* angles, const CentreMotion& centre, int link, Vec2d point) {
     const int slides = chain_.slides();
-    const double base = slides > 0 ? angles[0] : 0;  // without slides its angle matters to no mobility
+    const double base = slides > 0 ? angles[0] : 0;  // without slides, absolute angles suffice
     for (int i = slides; i < chain_.size(); ++i) e_[index(i)] = Rotation<double>::of(angles[i] - base);
     arm_ = e_[index(link)] * point;
     const auto turn = Rotation<double>::of(angles[link]);

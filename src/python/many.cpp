@@ -56,7 +56,7 @@ void warnOfNotes(const BatchResult& result) {
        std::to_string(first - result.runs.begin()) + ": " + first->notes);
 }
 
-/// What runs say, by their numbers, without those that say nothing.
+/// The texts that are not empty, by the numbers of their runs.
 std::map<std::size_t, std::string> saidBy(const Runs& runs, std::string BatchRun::*what) {
   std::map<std::size_t, std::string> said;
   for (std::size_t run = 0; run < runs.result.runs.size(); ++run) {

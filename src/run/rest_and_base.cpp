@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "dynamics/equilibrium.h"
 #include "effects/commands.h"
 #include "effects/effect_kind.h"
@@ -67,9 +69,12 @@ BaseWrench Simulation::baseWrench() {
     force = motions[i].pinForce;
   }
   if (slides > 0) {
-    for (const std::vector<Load>& loads : {scene_.loads, commands()}) {
-      for (const Load& load : loads) torque += railMoment(load, time(), scene_.chain, motions[0].angle);
-    }
+    const auto add = [&](const Load& load) {
+      torque += railMoment(load, time(), scene_.chain, motions[0].angle);
+    };
+    const std::vector<Load> commanded = commands();
+    std::for_each(scene_.loads.begin(), scene_.loads.end(), add);
+    std::for_each(commanded.begin(), commanded.end(), add);
   }
   return {-1.0 * force, torque};
 }

@@ -11,6 +11,7 @@ import numpy as np
 from planar_chain import Refused, Scene, simulate_many
 
 from .recordings import BadFit, moved_loads, moved_scene
+from .varied import scene_with
 
 TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
 OF_THE_RUNS = 100  # residuals below so many tolerances of the runs are errors of integration
@@ -28,6 +29,7 @@ class Problem:
         self.recordings, self.numbers = recordings, numbers
         self.joints = scene.joints
         self.values = prepared(scene.to_dict(), tolerance)
+        self.scene = Scene(self.values)
         driven = [drive_of(self.values, k) for k in joint_links(self.values)]
         self.free = np.flatnonzero(np.logical_not(driven))
         self.has_offsets, self.has_delay = offsets, delay
@@ -107,16 +109,14 @@ class Problem:
         has_time = recording.loads or (recording.start and has_laws(self.values))
         key = (r if has_time else None, delay, tuple(values) if self.has_numbers(r) else None)
         if key not in self._scenes:
-            if len(self._scenes) > 4 * len(self.recordings) + 16:
+            if len(self._scenes) > 4 * len(self.recordings) * (1 + len(self.numbers)) + 16:  # those of a Jacobian stay
                 self._scenes.clear()
             self._scenes[key] = self._scene(recording, delay, has_time, values if self.has_numbers(r) else None)
         return self._scenes[key]
 
     def _scene(self, recording, delay, has_time, values):
         try:
-            tree = self.values
-            if values is not None:
-                tree = Scene(tree).with_values({number.path: float(one) for number, one in zip(self.numbers, values)}).to_dict()
+            tree = self.values if values is None else scene_with(self.scene, self.numbers, values).to_dict()
             tree = moved_scene(tree, recording.start) if has_time else tree
             own = tree.get("loads") or {}
             return Scene({**tree, "loads": {**own, **unlike(moved_loads(recording.loads, -delay), own)}})

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from planar_chain import Scene, simulate_many
+from planar_chain import simulate_many
 from planar_chain.given import read_number, require_moving
 
 from .recordings import BadFit, is_number
@@ -150,4 +150,4 @@ def require_different(scene, numbers):
 
 
 def scene_with(scene, numbers, values):
-    return Scene(scene.with_values({number.path: float(value) for number, value in zip(numbers, values)}).to_dict())
+    return scene.with_values({number.path: float(value) for number, value in zip(numbers, values)})
