@@ -240,7 +240,7 @@ class Bags(InFolder):
         views = {topic: messages for topic, messages in self.bag("--duration", "2", "--views").items() if "/view/" in topic}
         self.assertEqual({topic: (messages[0][1]._type, len(messages)) for topic, messages in views.items()}, {
             "/planar_chain/view/" + name: ("visualization_msgs/MarkerArray", 140)
-            for name in ("loads", "pin_forces", "springs", "drives", "friction", "trail", "centres", "energy")})
+            for name in ("loads", "pin_forces", "springs", "drives", "friction", "trail", "centres", "limits", "scale", "energy")})
         stamp, energy = views["/planar_chain/view/energy"][-1]
         self.assertEqual({stamp, *(marker.header.stamp.to_nsec() for marker in energy.markers)}, {2 * 10**9})
         self.assertEqual(energy.markers[0].text, "2.00 s time")

@@ -129,6 +129,15 @@ class Frames(unittest.TestCase):
         self.assert_poses_equal(lower[:3, 0], [1, 0, 0])
         self.assert_poses_equal(lower[:3, 2], [0, -1, 0])
 
+    def test_an_offset_moves_the_base_in_the_world_alone(self):
+        with Node(dict(L_SHAPED, publish={'offset': [2.0, -1.5]}), '/alone'):
+            transforms, _, links = self.transforms_of('alone/')
+            urdf = rospy.get_param('/alone/robot_description')
+        tree = tree_of(transforms)
+        self.assert_poses_equal(pose_in('world', 'alone/lower', tree)[:3, 3], [1.7, 0, -0.7])
+        self.assert_poses_equal((pose_in('alone/base_link', 'alone/upper', tree) @ [0.5, 0.2, 0, 1])[:2], [links.pose[0].x, links.pose[0].y])
+        self.assertEqual(ElementTree.fromstring(urdf).find("joint[@type='fixed']/origin").get('xyz'), '2 0 -1.5')
+
     def test_frames_of_every_second_link_lie_where_its_links_lie(self):
         scene = dict(L_SHAPED, publish={'frame_every': 2}, gravity=[0.0, -9.81])
         scene['links'] = dict(scene['links'], lower=dict(scene['links']['lower'], repeat=4))

@@ -57,8 +57,9 @@ class Launch(unittest.TestCase):
 
     def test_a_real_time_factor_sets_use_sim_time(self):
         try:
-            with self.launch('scene:=pendulum', 'real_time_factor:=4'):
+            with self.launch('scene:=pendulum', 'real_time_factor:=4', 'offset:=2,-.5'):
                 self.states.wait_for_count(50)
+                self.assertEqual(rospy.get_param('/planar_chain/publish/offset'), [2, -0.5])
                 self.assertIs(rospy.get_param('/use_sim_time'), True)
                 self.assertEqual(rospy.get_param('/planar_chain/real_time_factor'), 4)
                 self.assertLess(self.states.messages[-1].header.stamp.to_sec(), 1000)
@@ -101,7 +102,7 @@ class Launch(unittest.TestCase):
                 views = set(bag.get_type_and_topic_info().topics)
         rospy.delete_param('/planar_chain')
         self.assertLessEqual({'/planar_chain/view/' + name for name in (
-            'loads', 'pin_forces', 'springs', 'friction', 'drives', 'trail', 'centres', 'energy')}, views)
+            'loads', 'pin_forces', 'springs', 'friction', 'drives', 'trail', 'centres', 'limits', 'scale', 'energy')}, views)
         self.assertEqual(recorded[0].header.seq, 0)
         self.assertAlmostEqual(recorded[0].velocity[0], 0, delta=1e-12)
 
@@ -150,6 +151,8 @@ class Launch(unittest.TestCase):
         self.assertNotEqual(status, 0)
         self.assertIn('sim.launch has no argument sceen.', said.splitlines()[-1])
         self.assertIn('No scene is called roep.', run('planar_chain', 'sim.launch', 'scene:=roep')[1].splitlines()[-1])
+        self.assertEqual('offset: expected two numbers x,y in m, such as 2.5,0, got 2',
+                         run('planar_chain', 'sim.launch', 'offset:=2')[1].splitlines()[-1])
         self.assertIn('scene_file: expected a file', run('planar_chain', 'sim.launch', 'scene_file:=a.yaml')[1].splitlines()[-1])
         self.assertEqual(run('planar_chain', 'sim.launch', 'scene:=rope', 'rviz:=false'), (0, '/planar_chain\n'))
         with tempfile.NamedTemporaryFile('w', suffix='.launch') as around:  # with arguments of its own

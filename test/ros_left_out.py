@@ -31,6 +31,8 @@ VIEWS = {
     '/planar_chain/view/drives': (MarkerArray, 'planar_chain::Views::drawDrives('),
     '/planar_chain/view/trail': (MarkerArray, 'planar_chain::Views::drawTrail('),
     '/planar_chain/view/centres': (MarkerArray, 'planar_chain::Views::drawCentres('),
+    '/planar_chain/view/limits': (MarkerArray, 'planar_chain::Views::drawLimits('),
+    '/planar_chain/view/scale': (MarkerArray, 'planar_chain::ScaleBar::message('),
     '/planar_chain/view/energy': (MarkerArray, 'planar_chain::EnergyText::write('),
 }
 ALL = {**MESSAGES, **VIEWS}
@@ -71,11 +73,11 @@ class LeftOut(unittest.TestCase):
         self.check('/planar_chain/link_states', '/planar_chain/status')
 
     def test_some_views_alone(self):
-        self.check('/planar_chain/view/pin_forces', '/planar_chain/view/trail', '/planar_chain/view/energy')
+        self.check('/planar_chain/view/pin_forces', '/planar_chain/view/trail', '/planar_chain/view/energy', '/planar_chain/view/scale')
 
     def test_the_other_views_alone(self):
         self.check('/planar_chain/view/loads', '/planar_chain/view/springs', '/planar_chain/view/centres',
-                   '/planar_chain/view/friction', '/planar_chain/view/drives')
+                   '/planar_chain/view/friction', '/planar_chain/view/drives', '/planar_chain/view/limits')
 
     def test_who_listens_later_gets_whole_messages(self):
         states = Listener('/joint_states', JointState)

@@ -96,7 +96,7 @@ class TwoChains(InFolder):
         show = roslib.packages.find_node('planar_chain', 'show')[0]
         environment = dict(os.environ, PATH=self.folder + ':' + os.environ['PATH'], HOME=self.folder, DISPLAY=':0')
         texts = [self.listen('/show/energy_%d' % k, MarkerArray) for k in (0, 1)]
-        with Node(rod(), '/left'), Node(rod(gravity=[0.0, -9.81]), '/right'):
+        with Node(rod(), '/left'), Node(rod(gravity=[0.0, -9.81], publish={'offset': [4.0, 0.0]}), '/right'):
             for name in ('middle', '~x'):
                 wrong = subprocess.run([show, 'left', name], env=environment, stderr=subprocess.PIPE, universal_newlines=True,
                                        timeout=LIMIT, check=False)
@@ -116,14 +116,18 @@ class TwoChains(InFolder):
         (low, high), (above, _) = ([edge(marker.pose.position.y for marker in block) for edge in (min, max)] for block in blocks)
         self.assertGreater(above - high, blocks[0][0].scale.z)
         self.assertGreater(high - low, 6 * blocks[0][0].scale.z)
+        left, right = (min(marker.pose.position.x for marker in block) for block in blocks)
+        self.assertAlmostEqual(left - right, 4, delta=blocks[0][0].scale.z)  # in frames that are so far apart
 
         with open(self.path('opened'), encoding='utf-8') as file:
             manager = yaml.safe_load(file)['Visualization Manager']
+        self.assertEqual(manager['Views']['Current']['Focal Point'], {'X': 2, 'Y': 0, 'Z': 0})
         groups = {display['Name']: display['Displays'] for display in manager['Displays'] if display['Class'] == 'rviz/Group'}
         self.assertEqual(set(groups), {'/left/planar_chain', '/right/planar_chain'})
         for k, (node, displays) in enumerate(sorted(groups.items())):
             side = node.split('/')[1]
             topics = {display['Name']: display.get('Marker Topic') for display in displays}
+            self.assertEqual([display['Enabled'] for display in displays if display['Name'] == 'Scale'], [k == 0])
             self.assertEqual((topics['Energy'], topics['Springs']), ('/show/energy_%d' % k, node + '/view/springs'))
             told = {display.get(key) for display in displays for key in ('Robot Description', 'Update Topic')} - {None}
             self.assertEqual(told, {'/%s/robot_description' % side, '/%s/pull/update' % side})

@@ -15,11 +15,13 @@ import roslib.packages
 import rospy
 import rostest
 import yaml
+from planar_chain.srv import SetState
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from ros_node import Listener, Node, rod
+from ros_node import Listener, Node, rod, service
 
 PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
 sys.path.append(os.path.join(PACKAGE, 'src', 'tools'))
@@ -128,14 +130,14 @@ class Views(unittest.TestCase):
     def test_the_text_is_in_the_view_of_every_scene(self):
         chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
         scenes = {}
-        for name in ('bridge', 'crane', 'falling_chain', 'finger', 'jump_rope', 'rope', 'shaken', 'thrown'):
+        for name in ('bridge', 'crane', 'falling_chain', 'finger', 'gantry', 'jump_rope', 'rope', 'shaken', 'slider_crank', 'thrown'):
             with open(os.path.join(PACKAGE, 'config', 'scenes', name + '.yaml'), encoding='utf-8') as file:
                 scenes[name] = yaml.safe_load(file)
         scenes['tiny'] = rod()
         scenes['tiny']['links']['rod'].update(inertia='1e-9', com=[5e-4, 0], pin=[1e-3, 0])
         for name, scene in scenes.items():
             energy, = self.see(scene, 'energy')
-            _, (x, y), half = show.view_of_scene(scene)
+            (x, y), half = show.view_of_scene(scene)
             self.assertEqual({marker.header.frame_id for marker in energy.markers},
                              {show.frame_of('/planar_chain', scene) or 'base_link'}, name)
             boxes = list(map(box, energy.markers))
@@ -166,6 +168,94 @@ class Views(unittest.TestCase):
         self.assertGreater(supplied, kinetic)
         self.assertAlmostEqual(supplied - dissipated, kinetic, delta=0.01 * kinetic)
 
+    def test_a_force_along_a_rail_is_a_straight_arrow(self):
+        # Half a metre a link; the arrow of a quarter of the weight is half of the longest, and begins at the carriage's end.
+        weight = 3.0 * 9.81
+        scene = rod(chain=['cart', 'rod'], gravity=[0.0, -9.81], loads={'push': {'joint': 'cart_joint', 'torque': -weight / 4}})
+        scene['links']['cart'] = {'mass': 1.0, 'pin': [0.0, 0.0], 'joint': {'type': 'prismatic', 'axis': [3.0, 4.0]}}
+        loads, = self.see(scene, 'loads')
+        self.assert_arrow(self.only(loads, 'cart'), *[(-0.6 * x, -0.8 * x) for x in (0.135, 0.51)])
+        # A drive that holds the cart against its load along the rail.
+        scene['loads'] = {}
+        scene['links']['cart']['joint'].update(axis=[0.0, 1.0], drive={'offset': 0.2})
+        scene['links']['rod']['initial'] = {'angle': -math.pi / 2}
+        drives, = self.see(scene, 'drives')
+        self.assert_arrow(self.only(drives, 'cart'), (0.0, 0.135), (0.0, 0.135 + 0.75))
+
+    def test_limits_are_drawn_where_they_are(self):
+        scene = rod(chain=['cart', 'rod', 'tool'])
+        scene['links']['cart'] = {'mass': 1.0, 'pin': [0.0, 0.0], 'joint': {'type': 'prismatic', 'axis': [1.0, 0.0], 'lower': -0.5, 'upper': 2.0}}
+        scene['links']['rod']['joint'] = {'upper': 1.0}
+        scene['links']['tool'] = dict(scene['links']['rod'], pin=[0.0, 1.0], com=[0.0, 0.5], joint={'lower': -0.25, 'upper': 0.5})
+        limits, = self.see(scene, 'limits')
+        base, cart, rod_ = (corners(marker) for marker in sorted(limits.markers, key=lambda marker: marker.header.frame_id))
+        self.assertEqual([marker.header.frame_id for marker in limits.markers], ['base_link', 'cart', 'rod'])
+        middle = [sum(x for x, _ in band) / 6 for band in (base[:6], base[6:])]
+        for got, expected in zip(middle, (-0.5, 2.0)):
+            self.assertAlmostEqual(got, expected, delta=1e-9)
+        # A tick at a limit points as the link does there; a sector lies between two.
+        def angle_of(band, x):
+            return math.atan2(band[1][1] + band[2][1], band[1][0] + band[2][0] - 2 * x)
+        self.assertEqual(len(cart), 6)
+        self.assertAlmostEqual(angle_of(cart, 0), 1.0, delta=1e-9)
+        directions = [math.atan2(y, x - 1) for x, y in rod_[12:] if (x, y) != (1, 0)]
+        for got, expected in zip((angle_of(rod_[:6], 1), min(directions), angle_of(rod_[6:12], 1), max(directions)),
+                                 (-0.25, -0.25, 0.5, 0.5)):
+            self.assertAlmostEqual(got, math.pi / 2 + expected, delta=1e-9)
+
+    def test_a_bar_has_its_length_in_words(self):
+        small = rod()
+        small['links']['rod'].update(inertia=1e-6, com=[0.02, 0.0], pin=[0.04, 0.0])
+        for scene, words, length in ((rod(), '0.2 m', 0.2), (small, '10 mm', 0.01)):
+            bar, text = self.see(scene, 'scale')[0].markers
+            self.assertEqual((text.type, text.text), (Marker.TEXT_VIEW_FACING, words))
+            left, right = (sum(edge(corner[0] for corner in corners(bar)[start:start + 6]) for edge in (min, max)) / 2
+                           for start in (6, 12))
+            self.assertAlmostEqual(right - left, length, delta=1e-9)
+            (x, y), half = show.view_of_scene(scene)
+            self.assertEqual(show.cell(half / show.CELLS), length)
+            self.assertTrue(all(abs(corner[0] - x) < show.ASPECT * half and abs(corner[1] - y) < half for corner in corners(bar)))
+
+    def test_the_ends_of_a_rail_are_in_the_view(self):
+        chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
+        for name, expected in (('cart_pole', (-1.5, 1.5)), ('gantry', (-1.0, 12.0)), ('slider_crank', (-0.8, 0.8))):
+            with open(os.path.join(PACKAGE, 'config', 'scenes', name + '.yaml'), encoding='utf-8') as file:
+                scene = yaml.safe_load(file)
+            self.see(scene, 'energy')
+            boxes = [visual for visual in ElementTree.fromstring(rospy.get_param('/robot_description')).findall(
+                "link[@name='base_link']/visual") if visual.find('origin').get('rpy') == '0 0 0']
+            rail = max(boxes, key=lambda visual: float(visual.find('geometry/box').get('size').split()[0]))
+            (at, _, _), (length, width, _) = (map(float, text.split()) for text in (
+                rail.find('origin').get('xyz'), rail.find('geometry/box').get('size')))
+            over = 6 * width  # the carriage's length
+            for end, limit in zip((at - length / 2 + over, at + length / 2 - over), expected):
+                self.assertAlmostEqual(end, limit, delta=1e-9, msg=name)
+            (x, _), half = show.view_of_scene(scene)
+            self.assertLess(abs(at - x) + length / 2, show.ASPECT * half, name)
+
+    def test_a_trail_begins_anew_where_the_state_is_set(self):
+        scene = rod(gravity=[0.0, -9.81])
+        scene['links']['rod']['initial'] = {'angle': 0.5, 'velocity': 1.0}
+        trail = Listener('/planar_chain/view/trail', MarkerArray)
+        with Node(scene):
+            calls = (('settle', Trigger, {}), ('set_state', SetState, {'q': [2.0], 'qd': [0.0]}), ('reset', Trigger, {}))
+            for name, kind, arguments in calls:
+                trail.wait_for_count(len(trail.messages) + 12)
+                service(name, kind)(**arguments)
+            trail.wait_for_count(len(trail.messages) + 12)
+            # Nobody watches for a while.
+            trail.close()
+            states = Listener('/joint_states', JointState)
+            states.wait_for_count(60)
+            states.close()
+            later = Listener('/planar_chain/view/trail', MarkerArray)
+            later.wait_for_count(12)
+        later.close()
+        lines = [corners(array.markers[0]) for listener in (trail, later) for array in listener.messages if array.markers]
+        self.assertGreater(max(map(len, lines)), 5)
+        # At 7 m/s, which its energy allows, it moves 0.14 m in 20 ms.
+        self.assertLess(max(math.dist(*ends) for line in lines for ends in zip(line, line[1:])), 0.2)
+
     def test_a_spring_reddens_with_its_load_and_the_trail_begins_at_the_tip(self):
         slack, = self.see(hanging(stiffness=10.0, rest_angle=-math.pi / 2), 'springs')
         tense, trail = self.see(hanging(stiffness=10.0, rest_angle=0.0), 'springs', 'trail')
@@ -192,26 +282,26 @@ class Views(unittest.TestCase):
         chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
         scene = rod()
         scene['links']['rod'].update(repeat=100, com=['1e-2', 0.0], pin=[0.03, 0.04])
-        size, centre, half = show.view_of_scene(scene)
-        self.assertAlmostEqual(size, 5, delta=1e-12)
-        self.assertEqual((centre, half), ((0, 0), show.FREE * size))  # without gravity
+        centre, half = show.view_of_scene(scene)
+        self.assertEqual(centre, (0, 0))  # without gravity
+        self.assertAlmostEqual(half, show.FREE * 5, delta=1e-12)
         # From rest under gravity it stays in the lower half, below its highest point at first.
         scene['gravity'] = [0.0, -9.81]
         scene['links']['rod']['pin'] = [0.05, 0.0]
-        size, (_, centre), half = show.view_of_scene(scene)
-        self.assertLess(half, 0.8 * show.FREE * size)
-        self.assertLess(centre - half, -show.FREE * size)
-        self.assertGreater(centre + half, 0.3 * size)
+        (_, centre), half = show.view_of_scene(scene)
+        self.assertLess(half, 0.8 * show.FREE * 5)
+        self.assertLess(centre - half, -show.FREE * 5)
+        self.assertGreater(centre + half, 0.3 * 5)
         for refused in ({}, {'chain': []}):
-            self.assertEqual(show.view_of_scene(refused), (show.DEFAULT, (0, 0), show.FREE * show.DEFAULT))
+            self.assertEqual(show.view_of_scene(refused), ((0, 0), show.FREE * show.DEFAULT))
         # A chain between two pins stays within half its length of their middle.
         with open(os.path.join(PACKAGE, 'config', 'scenes', 'four_bar.yaml'), encoding='utf-8') as file:
             four_bar = show.view_of_scene(yaml.safe_load(file))
-        for _, centre, half in (four_bar, show.together([four_bar, four_bar])):
+        for centre, half in (four_bar, show.together([four_bar, four_bar])):
             for got, expected in zip((*centre, half), (0.6, 0, show.FREE * 1.05)):
                 self.assertAlmostEqual(got, expected, delta=1e-12)
         self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
-        show.fit(config, 5.0, (2.0, -3.0), 6.25)
+        show.fit(config, (2.0, -3.0), 6.25)
         manager = config['Visualization Manager']
         view = manager['Views']['Current']
         self.assertAlmostEqual(view['Distance'] * math.tan(view['Field of View'] / 2), 1.25 * 5, delta=1e-9)
@@ -219,7 +309,7 @@ class Views(unittest.TestCase):
         self.assertEqual(manager['Displays'][0]['Cell Size'], 1)
         shown = {display.get('Marker Topic') for display in manager['Displays']}
         self.assertLessEqual({'planar_chain/view/' + name for name in (
-            'chain', 'loads', 'pin_forces', 'springs', 'friction', 'drives', 'trail', 'centres', 'energy')}, shown)
+            'chain', 'loads', 'pin_forces', 'springs', 'friction', 'drives', 'trail', 'centres', 'limits', 'scale', 'energy')}, shown)
 
     def test_what_a_user_saves_of_rviz_is_kept(self):
         with tempfile.TemporaryDirectory() as home, unittest.mock.patch.dict(os.environ, HOME=home):

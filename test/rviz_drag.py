@@ -97,7 +97,7 @@ def main():
     chain = json.loads(chain.stdout)
     links = chain['links']
     with open(scene, encoding='utf-8') as file:
-        _, centre, half = show.view(chain, yaml.safe_load(file))
+        centre, half = show.view(chain, yaml.safe_load(file))
 
     screen = Screen(centre, half)
     launch = subprocess.Popen(['roslaunch', 'planar_chain', 'sim.launch', 'scene:=' + arguments.scene, 'rviz:=true'])

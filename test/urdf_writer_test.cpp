@@ -15,6 +15,7 @@
 #include "random_scene.h"
 #include "ros/messages/frames.h"
 #include "ros/view/drawing.h"
+#include "ros/view/extent.h"
 
 namespace planar_chain {
 namespace {
@@ -103,10 +104,59 @@ TEST(Urdf, IsDrawnToTheSizeOfShortLinksAndClosedChains) {
   EXPECT_DOUBLE_EQ(open.span, 2);
   EXPECT_DOUBLE_EQ(closed.span, 1);
   EXPECT_DOUBLE_EQ(closed.middle.x, 0.75);
+  EXPECT_DOUBLE_EQ(open.push(-open.force / 4), 0.75 * open.unit);
+  EXPECT_DOUBLE_EQ(open.push(4 * open.force), 1.5 * open.unit);
   const Vec2d start{1.5, 0};
   EXPECT_DOUBLE_EQ((start + closed.arrow({1e6, 0}, start)).x, 0.75 + 1.2);
   EXPECT_DOUBLE_EQ(FirstView(of("tip: {pin: [1.5, 0]}")).half, 1.25);
   EXPECT_DOUBLE_EQ(FirstView(of("tip: {line: {point: [0, 0.5]}}")).half, 2.5);
+}
+
+/// A crank with the inertia of a flywheel: a rod of this inertia would be up to 9 m long.
+TEST(Urdf, DrawsNoLinkBeyondBothPins) {
+  const Scene scene = readSceneText(
+      "chain: [crank, rod]\nlinks: {crank: {mass: 1, inertia: 0.01, com: [0, 0], pin: [0.15, 0]},"
+      " rod: {mass: 1, inertia: 0.01, com: [0.3, 0], pin: [0.6, 0]}}\n");
+  const Drawing drawing(scene);
+  Link crank = scene.chain.links()[0];
+  for (const double inertia : {1e-4, 1e-3, 0.01, 0.1, 7.0}) {
+    for (const double com : {-0.2, -0.05, 0.0, 0.03, 0.075, 0.1, 0.15, 0.3}) {
+      crank.inertia = inertia;
+      crank.com.x = com;
+      double low = 0, high = 0;
+      for (const Bar& bar : figureOf(crank, drawing).bars) {
+        low = std::min({low, bar.from.x, bar.to.x});
+        high = std::max({high, bar.from.x, bar.to.x});
+      }
+      EXPECT_TRUE(low > -1e-12 || high < crank.pin.x + 1e-12) << inertia << " " << com;
+      EXPECT_TRUE(com != 0.075 || (low > -1e-12 && high < crank.pin.x + 1e-12)) << inertia;
+    }
+  }
+}
+
+/// All positions of a cart and of a base, and the reach around them.
+TEST(Urdf, IsInTheFirstView) {
+  const auto viewOf = [](const std::string& joint, const std::string& more) {
+    return FirstView(readSceneText("chain: [cart, rod]\nlinks: {cart: {mass: 1, pin: [0, 0], joint: {" +
+                                   joint + "}}, rod: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}}\n" +
+                                   more));
+  };
+  const std::string slides = "type: prismatic, axis: [1, 0], ", along = "lower: -1, upper: 7";
+  EXPECT_DOUBLE_EQ(viewOf(slides + along, "").centre.x, 3);
+  EXPECT_DOUBLE_EQ(viewOf(slides + along, "").half, 5.25 / 1.27);
+  EXPECT_DOUBLE_EQ(viewOf("type: prismatic, axis: [0, 1], " + along, "").half, 5.25);
+  // Without a limit within ten times the reach, a rail is drawn along twice the reach.
+  EXPECT_DOUBLE_EQ(viewOf(slides + "lower: -1, upper: 11", "").centre.x, 0.5);
+  EXPECT_DOUBLE_EQ(viewOf(slides + "drive: {amplitude: 5, frequency: 1}", "").half, 8.25 / 1.27);
+  const std::string base =
+      "base: {x: {offset: 2, amplitude: 1, frequency: 1}, angle: {times: [0, 1], values: [0, 1]}}";
+  EXPECT_DOUBLE_EQ(viewOf(slides + along, base).centre.x, 2);
+  EXPECT_DOUBLE_EQ(viewOf(slides + along, base).half, 8.25);
+  const Scene crane = readSceneText(
+      "chain: [rod]\nlinks: {rod: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}}\n"
+      "base: {x: {times: [0, 1], values: [0, 6]}}");
+  EXPECT_DOUBLE_EQ(FirstView(crane).centre.x, 3);
+  EXPECT_DOUBLE_EQ(FirstView(crane).half, 4.25 / 1.27);
 }
 
 }  // namespace

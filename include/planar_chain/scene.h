@@ -78,6 +78,7 @@ struct PublishSettings {
   std::optional<int> frameEvery;  ///< frames of every k-th link; default: above 200 links, 50 frames at most
   std::string worldFrame = "world";
   std::string baseFrame = "base_link";
+  Vec2d offset;  ///< m: the origin of the base frame in the world, x to the right and y up
 };
 
 /// The frame at the ground pin of a base that moves.

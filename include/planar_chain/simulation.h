@@ -159,6 +159,8 @@ class Simulation {
   /// @throws std::domain_error, with the reason and the state unchanged, if there is none or keepGoing()
   /// returns false
   void settle(const std::function<bool()>& keepGoing = nullptr);
+  /// Returns how often the state was set: by the constructor, setState(), settle() or reset().
+  long long timesSet() const { return timesSet_; }
   /// Restores the state after construction, time 0 included: the same calls give the same bits again.
   /// Invalidates the references returned before, except that of scene().
   void reset();
@@ -172,6 +174,7 @@ class Simulation {
   const IntegratorSettings integrator_;
   const int commandCapacity_;
   const bool measures_;
+  long long timesSet_ = 0;
   std::unique_ptr<Parts> parts_;
 };
 

@@ -190,6 +190,7 @@ void Simulation::setTolerance(double tolerance) {
 
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
+  ++timesSet_;
 }
 
 void Simulation::reset() {
@@ -200,6 +201,7 @@ void Simulation::reset() {
   // Made anew: nothing that a method has learnt on the way is left.
   parts_ = std::make_unique<Parts>(scene_, commandCapacity_, measures_);
   parts_->set(scene_.q, scene_.qd);
+  ++timesSet_;
 }
 
 }  // namespace planar_chain

@@ -281,7 +281,7 @@ std::optional<BaseLaws> takeBase(const Section& top, const ChainNames* names) {
 
 Section publishOf(const Section& top) {
   return top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_every",
-                                 "frame_prefix", "world_frame", "base_frame"});
+                                 "frame_prefix", "world_frame", "base_frame", "offset"});
 }
 
 std::optional<double> takeRealTimeFactor(const Section& top) {

@@ -192,6 +192,7 @@ PublishSettings readPublish(const Section& in, const ChainNames* names) {
   if (settings.worldFrame == settings.baseFrame) {
     in.fault("base_frame", "a frame other than world_frame", quoted(settings.baseFrame));
   }
+  in.take("offset", "m", settings.offset);
   return settings;
 }
 

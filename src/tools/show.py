@@ -30,11 +30,13 @@ from unread import ENDINGS  # noqa: E402
 
 WRITTEN = '# Written by show (%s). What you save or change is kept.\n'
 BEFORE = '# Written by show, again at each start. Save in rviz keeps your own.'  # of earlier versions
-FREE = 1.25    # half the height of the view, in units of the reach
+FREE = 1.25    # from the first pin to the rim of the view, in units of the reach
+FAR = 10       # reaches; a rail's limit farther away is not drawn
+SIDE = 2       # reaches: length of a rail to a side without a limit
 ASPECT = 1.27  # of the view in the window of config/planar_chain.rviz
 LONG = 16      # links; a longer chain that falls from rest stays in the lower half of its reach
 TEXT = 0.05    # height of a text, in units of half the height of the view
-CELLS = 3      # least number of grid cells in the reach
+CELLS = 3.75   # least number of grid cells in half the height of the view
 DEFAULT = 2.0  # m: the reach where the scene is refused
 
 
@@ -43,42 +45,85 @@ def reach(links):
     return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or DEFAULT
 
 
-def farthest(base):
-    """The largest distance of the base from its origin, m, in x and y apart."""
-    laws = [base[key] for key in ('x', 'y') if key in base]
-    return math.hypot(*(max(map(abs, law['values'])) if 'values' in law else abs(law['amplitude']) + abs(law['offset'])
-                        for law in laws))
+def range_of(law):
+    """The least and largest value of a motion in time; a spline's by its points."""
+    if 'values' in law:
+        return min(law['values']), max(law['values'])
+    return law['offset'] - abs(law['amplitude']), law['offset'] + abs(law['amplitude'])
+
+
+def slides_of(chain):
+    """The joints of the slides."""
+    return [link['joint'] for link in chain['links'][:2] if 'type' in link['joint']]
+
+
+def is_free(chain):
+    """True if nothing holds the first pin of a link that turns: two slides without mass."""
+    return len(slides_of(chain)) == 2 and not any(link['mass'] for link in chain['links'][:2])
+
+
+def rail(joint, q, size):
+    """The part of a rail that is drawn, m along its axis."""
+    low, high = range_of(joint['drive']) if 'drive' in joint else (q, q)
+    lower, upper = (-math.inf if joint.get('lower') is None else joint['lower'], math.inf if joint.get('upper') is None else joint['upper'])
+    return (min(lower, low) if low - lower <= FAR * size else low - SIDE * size,
+            max(upper, high) if upper - high <= FAR * size else high + SIDE * size)
+
+
+def root(chain, size):
+    """Where the inner pin of the first link that turns can be, m: least and largest x, least and largest y."""
+    base = chain.get('base', {})
+    ranges = [range_of(base[key]) if base else (0, 0) for key in ('x', 'y')]
+    turns = bool(base) and any(range_of(base['angle']))
+    for joint, q in zip([] if is_free(chain) else slides_of(chain), chain['q']):
+        ends = rail(joint, q, size)
+        most = max(map(abs, ends))
+        steps = [(-most, most) if turns else sorted(end * part for end in ends) for part in joint['axis']]
+        ranges = [(low + less, high + more) for (low, high), (less, more) in zip(ranges, steps)]
+    return ranges
 
 
 def highest(chain):
-    """The largest initial height of a pin above the ground pin, m."""
-    angles = itertools.accumulate(chain['q'])
+    """The largest initial height of a pin above the first pin of a link that turns, m."""
+    slides = len(slides_of(chain))
+    angles = itertools.accumulate(chain['q'][slides:])
     rises = (math.sin(angle) * link['pin'][0] + math.cos(angle) * link['pin'][1]
-             for angle, link in zip(angles, chain['links']))
+             for angle, link in zip(angles, chain['links'][slides:]))
     return max(0.0, *itertools.accumulate(rises))
 
 
 def view(chain, scene):
-    """The size of the chain, the view's centre (x, y), half the height of the view, m. The centre is the ground pin, or halfway to a
-    pinned tip."""
-    size = reach(chain['links']) + farthest(chain.get('base', {}))
+    """The view's centre (x, y) in the base frame and half its height, m: room for the reach around each position that rails and base
+    allow. A chain with a pinned tip stays within half its reach of the middle between its pins."""
+    size = reach(chain['links'])
+    (left, right), (bottom, top) = root(chain, size)
+    middle, span = (0, 0), size
     tip = chain.get('tip', {}).get('pin', {})
-    if tip and all(law.get('amplitude') == 0 for law in tip.values()) and 'base' not in chain and not any(
-            'type' in link['joint'] for link in chain['links'][:2]):
-        return size / 2, (tip['x']['offset'] / 2, tip['y']['offset'] / 2), FREE * size / 2
+    if tip and all(law.get('amplitude') == 0 for law in tip.values()) and 'base' not in chain and not slides_of(chain):
+        middle, span = (tip['x']['offset'] / 2, tip['y']['offset'] / 2), size / 2
     falls = not scene.get('loads') and 'tip' not in scene and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
-    if len(chain['links']) <= LONG or not falls:
-        return size, (0, 0), FREE * size
-    top, bottom = highest(chain) + (FREE - 1) * size, -FREE * size
-    return size, (0, (top + bottom) / 2), max((top - bottom) / 2, FREE * size / ASPECT)
+    above = highest(chain) + (FREE - 1) * span if len(chain['links']) > LONG and falls else FREE * span
+    height, width = top - bottom + above + FREE * span, right - left + 2 * FREE * span
+    return ((left + right) / 2 + middle[0], (top + above + bottom - FREE * span) / 2 + middle[1]), max(height, width / ASPECT) / 2
 
 
 def view_of_scene(scene):
-    """The view of a scene, a dict. The node reports what is wrong with a scene."""
+    """The view of a scene, a dict, in its base frame. The node reports what is wrong with a scene."""
     try:
         return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene)
     except (KeyError, NoChain, OSError, yaml.YAMLError):
-        return DEFAULT, (0, 0), FREE * DEFAULT
+        return (0, 0), FREE * DEFAULT
+
+
+def offset_of(scene):
+    """The origin of the base frame in the world, m."""
+    return tuple(map(float, scene.get('publish', {}).get('offset', (0, 0))))
+
+
+def view_in_world(scene):
+    (x, y), half = view_of_scene(scene)
+    dx, dy = offset_of(scene)
+    return (x + dx, y + dy), half
 
 
 def prefix_of(node, scene):
@@ -89,12 +134,10 @@ def prefix_of(node, scene):
 def frame_of(node, scene):
     """The frame that the view follows: where a chain that nothing holds has its first pin, without its turns. Else None."""
     try:
-        slides = [link for link in read_chain('/dev/stdin', yaml.safe_dump(scene))['links'][:2] if 'type' in link['joint']]
+        chain = read_chain('/dev/stdin', yaml.safe_dump(scene))
     except (KeyError, NoChain, OSError, yaml.YAMLError):
         return None
-    if len(slides) < 2 or any(link['mass'] for link in slides):
-        return None
-    return prefix_of(node, scene) + slides[1]['name']
+    return prefix_of(node, scene) + chain['links'][1]['name'] if is_free(chain) else None
 
 
 def cell(size):
@@ -103,7 +146,7 @@ def cell(size):
     return max(digit * power for digit in (1, 2, 5) if digit * power <= size)
 
 
-def fit(config, size, centre, half, frame=None):
+def fit(config, centre, half, frame=None):
     manager = config['Visualization Manager']
     for view in (manager['Views']['Current'], *(manager['Views'].get('Saved') or ())):
         view['Distance'] = half / math.tan(view['Field of View'] / 2)
@@ -112,15 +155,15 @@ def fit(config, size, centre, half, frame=None):
             view['Target Frame'] = frame
     for display in manager['Displays']:
         if display['Class'] == 'rviz/Grid':
-            display['Cell Size'] = cell(size / CELLS)
-            display['Plane Cell Count'] = 2 * math.ceil(2.5 * size / display['Cell Size'])
+            display['Cell Size'] = cell(half / CELLS)
+            display['Plane Cell Count'] = 2 * math.ceil((max(map(abs, centre)) + 2 * half) / display['Cell Size'])
 
 
 def together(views):
-    """The view of several chains: (size, centre, half) of each."""
-    corners = [(x + sign * ASPECT * half, y + sign * half) for _, (x, y), half in views for sign in (-1, 1)]
+    """The view of several chains: (centre, half) of each."""
+    corners = [(x + sign * ASPECT * half, y + sign * half) for (x, y), half in views for sign in (-1, 1)]
     (left, right), (bottom, top) = ((min(values), max(values)) for values in zip(*corners))
-    return max(size for size, _, _ in views), ((left + right) / 2, (top + bottom) / 2), max(top - bottom, (right - left) / ASPECT) / 2
+    return ((left + right) / 2, (top + bottom) / 2), max(top - bottom, (right - left) / ASPECT) / 2
 
 
 def for_nodes(config, nodes):
@@ -138,6 +181,8 @@ def for_nodes(config, nodes):
                     display[key] = (node + name[len('planar_chain'):] if name.startswith('planar_chain/') else outer + name)
             if display['Name'] == 'Energy' and len(nodes) > 1:
                 display['Marker Topic'] = text_topic(k)
+            if display['Name'] == 'Scale' and k > 0:
+                display['Enabled'] = display['Value'] = False  # one is enough
         groups.append({'Class': 'rviz/Group', 'Name': node, 'Enabled': True, 'Value': True, 'Displays': displays})
     manager['Displays'] = shared + (groups if len(nodes) > 1 else groups[0]['Displays'])
 
@@ -153,6 +198,7 @@ def relay_texts(nodes, scenes, centre, half):
 
     def relay(k, node):
         out = rospy.Publisher(text_topic(k), MarkerArray, queue_size=2)
+        dx, dy = offset_of(scenes[k])
         frame = prefix_of(node, scenes[k]) + scenes[k].get('publish', {}).get('base_frame', 'base_link')
 
         def take(array):
@@ -161,8 +207,8 @@ def relay_texts(nodes, scenes, centre, half):
             name = copy.deepcopy(array.markers[0])
             name.id, name.text = len(places), node
             for marker, place in zip(array.markers, places):
-                place.x = centre[0] - ASPECT * half + 5 * size + (place.x - left) * size / marker.scale.z
-                place.y = centre[1] - half + (1 + 8 * k + (place.y - lowest) / marker.scale.z) * size
+                place.x = centre[0] - dx - ASPECT * half + 5 * size + (place.x - left) * size / marker.scale.z
+                place.y = centre[1] - dy - half + (1 + 8 * k + (place.y - lowest) / marker.scale.z) * size
             name.pose.position.x = max(place.x for place in places) / 2 + min(place.x for place in places) / 2
             name.pose.position.y = max(place.y for place in places) + 1.1 * size
             array.markers.append(name)
@@ -244,21 +290,29 @@ def private(name, default):
     return rospy.get_param(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), own + '/' + name), default)
 
 
+def fit_to(config, node, scene):
+    """Fits the view to one scene. It may follow a frame of the chain."""
+    frame = frame_of(node, scene)
+    fit(config, *(view_of_scene(scene) if frame else view_in_world(scene)), frame)
+
+
 def show_config(path, options, names):
     node = private('simulation', 'planar_chain')
     config = load(path)
     node = rospy.resolve_name(node)
     scene = rospy.get_param(node, {})
-    fit(config, *view_of_scene(scene), frame_of(node, scene))
+    fit_to(config, node, scene)
     return rviz(private('title', pathlib.Path(path).stem), config, [*options, *names])
 
 
 def show_nodes(nodes, options, scenes, title, meanwhile=lambda: None):
     config = load(SHIPPED.resolve().parent / 'planar_chain.rviz')
-    size, centre, half = together(list(map(view_of_scene, scenes)))
-    fit(config, size, centre, half, frame_of(nodes[0], scenes[0]) if len(nodes) == 1 else None)
     for_nodes(config, nodes)
-    if len(nodes) > 1:
+    if len(nodes) == 1:
+        fit_to(config, nodes[0], scenes[0])
+    else:
+        centre, half = together(list(map(view_in_world, scenes)))
+        fit(config, centre, half)
         rospy.init_node('show', anonymous=True, disable_signals=True)
         relay_texts(nodes, scenes, centre, half)
     return rviz(title, config, options, meanwhile)

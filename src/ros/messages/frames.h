@@ -30,6 +30,8 @@ struct Frames {
   bool has(int link) const {
     return (static_cast<int>(links.size()) - 1 - link) % every == 0 || withImu.count(link) != 0;
   }
+  /// The frame of a link that has one, or of the base for -1.
+  const std::string& of(int link) const { return link < 0 ? base : links[static_cast<std::size_t>(link)]; }
   /// The frame of an IMU.
   std::string sensor(const std::string& name) const { return prefix + name; }
 };

@@ -216,6 +216,9 @@ class MouseDrag {
   void onState(const sensor_msgs::JointState& state) {
     const auto n = static_cast<std::size_t>(scene_.chain.size());
     if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
+    root_ = {};
+    for (int i = 0; i < scene_.chain.slides(); ++i)
+      root_ += state.position[index(i)] * scene_.chain.joints()[index(i)].axis + linkAt(i).pin;
     follow(pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point),
            state.header.stamp);
   }
@@ -225,7 +228,9 @@ class MouseDrag {
     if (!grip_ || state.pose.size() != n || state.velocity.size() != n) return;
     angles_.clear();
     for (const geometry_msgs::Pose2D& pose : state.pose) angles_.push_back(pose.theta);
-    const geometry_msgs::Pose2D& pose = state.pose[index(grip_->link)];
+    const int first = scene_.chain.slides();
+    const geometry_msgs::Pose2D &pose = state.pose[index(grip_->link)], &root = state.pose[index(first)];
+    root_ = Vec2d{root.x, root.y} - Rotation<double>::of(root.theta) * linkAt(first).com;
     const geometry_msgs::Twist& rate = state.velocity[index(grip_->link)];
     const CentreMotion centre{{pose.x, pose.y}, {rate.linear.x, rate.linear.y}, rate.angular.z};
     follow(pull_.motionOf(angles_.data(), centre, grip_->link, grip_->point), state.header.stamp);
@@ -255,7 +260,7 @@ class MouseDrag {
     if (!pictures_.isDue()) return;
     const Rotation<double> toLink{point.turn.c, -point.turn.s};
     draw(grip_->point + toLink * (*grip_->target - point.position),
-         toLink * drawing_.arrow(force, point.position), stamp);
+         toLink * drawing_.arrow(force, point.position - root_), stamp);
   }
 
   /// Publishes the grabbed link, the spring to the mouse, and the arrow of the force as a picture; link
@@ -283,6 +288,7 @@ class MouseDrag {
   Drawing drawing_;
   Pull pull_;
   std::vector<double> angles_;  ///< of all links, rad
+  Vec2d root_;                  ///< the inner pin of the first link that turns, base frame, m
   int stride_;                  ///< ticks from one force to the next
   double duration_;             ///< the same in s
   double pulsation_;            ///< ω of the spring, rad/s

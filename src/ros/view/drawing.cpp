@@ -9,6 +9,7 @@
 
 #include "effects/effect_kind.h"
 #include "planar_chain/fault.h"
+#include "ros/view/extent.h"
 #include "scene/urdf_document.h"
 
 namespace planar_chain {
@@ -25,16 +26,11 @@ constexpr double beyond = 0.2;      // spans, from the farthest points of the ch
 
 // In the URDF, in widths of a link:
 constexpr double pinRadius = 0.72, bobRadius = 1.1;
-constexpr double carriageLength = 6, carriageHeight = 3.8;  // more than the rings of its spring
+constexpr double carriageHeight = 3.8;  // more than the rings of its spring
 constexpr int hatches = 5;
 
 constexpr std::array<Paint, 3> paints{
     {{"blue", 0.2, 0.55, 0.85}, {"orange", 0.98, 0.65, 0.15}, {"teal", 0.2, 0.68, 0.6}}};
-
-// Of the view, as in show.py:
-constexpr double margin = 1.25;  // half its height, in units of the span
-constexpr double aspect = 1.27;  // its least width, in units of its height
-constexpr int longChain = 16;    // links
 
 /// Names contain only letters, digits, _ and /, so nothing is escaped.
 class Writer {
@@ -49,11 +45,13 @@ class Writer {
     // The plane of motion is vertical: y of the base is z of the world.
     line("<link name='", frames_.world, "'/>");
     line("<joint name='", frames_.world, "-", frames_.base, "' type='fixed'><parent link='", frames_.world,
-         "'/><child link='", frames_.base, "'/><origin xyz='0 0 0' rpy='", std::acos(0.0), " 0 0'/></joint>");
+         "'/><child link='", frames_.base, "'/><origin xyz='", scene_.publish.offset.x, " 0 ",
+         scene_.publish.offset.y, "' rpy='", std::acos(0.0), " 0 0'/></joint>");
     if (scene_.base) pin();
     line("<link name='", frames_.pin, "'>");
     if (!hasOwnShapes()) line(scene_.appearance.visuals[0]);
-    if (hasOwnShapes() && !floats(chain_)) chain_.slides() > 0 ? rail() : ground({});
+    if (hasOwnShapes() && !floats(chain_))
+      chain_.slides() > 0 ? rail({}, chain_.joints()[0].axis, railOf(scene_, 0, drawing_.reach)) : ground({});
     if (!scene_.base) tip();
     line("</link>");
     for (int i = 0; i < links; ++i) {
@@ -94,21 +92,13 @@ class Writer {
     if (!scene_.tip || scene_.tip->moves() || !hasOwnShapes()) return;
     const Vec2d at{scene_.tip->x.at(0).value, scene_.tip->y.at(0).value};
     if (!scene_.tip->line) return ground(at);
-    const Vec2d axis = *scene_.tip->line;
-    rail(at - dot(at, axis) * axis, axis, -2 * drawing_.reach, 2 * drawing_.reach);
+    rail(at, *scene_.tip->line, lineOf(scene_, drawing_.reach));
   }
 
-  /// The first rail: as long as its limits, or as the chain on both sides.
-  void rail() {
-    const Joint& joint = chain_.joints().front();
-    rail({}, joint.axis, std::fmax(joint.lower, -2 * drawing_.reach),
-         std::fmin(joint.upper, 2 * drawing_.reach));
-  }
-
-  void rail(Vec2d at, Vec2d axis, double from, double to) {
+  void rail(Vec2d at, Vec2d axis, const Range& rail) {
     const double w = drawing_.bar;
-    box(at + 0.5 * (from + to) * axis, std::atan2(axis.y, axis.x), to - from + carriageLength * w, 0.5 * w,
-        0.5 * w, "ground");
+    box(at + 0.5 * (rail.from + rail.to) * axis, std::atan2(axis.y, axis.x),
+        rail.to - rail.from + carriageLength * w, 0.5 * w, 0.5 * w, "ground");
   }
 
   /// A bearing as in engineering drawings: two struts from the pin to a bar, and hatching for the ground.
@@ -257,8 +247,9 @@ Drawing::Drawing(const Scene& scene) : reach(0) {
   force = mass * length(scene.chain.gravity());
   if (force == 0) {
     for (const Load& load : scene.loads) {
-      const double turning = std::fmax(std::fabs(load.moment), std::fabs(load.torque)) / reach;
-      force = std::fmax(force, std::fmax(length(load.force), turning));
+      const bool pushes = load.joint != Load::none && scene.chain.joints()[index(load.joint)].slides;
+      force = std::max({force, length(load.force), std::fabs(load.moment) / reach,
+                        std::fabs(load.torque) / (pushes ? 1 : reach)});
     }
   }
   if (force == 0) force = 1;
@@ -276,52 +267,16 @@ Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
   return std::fmin(unit / 2 * size / force, std::fmin(longest * unit, room)) / size * f;
 }
 
+double Drawing::push(double f) const {
+  return longest * unit * std::fmin(1, std::sqrt(std::fabs(f) / force));
+}
+
 bool floats(const Chain& chain) {
   return chain.slides() == 2 && chain.links()[0].mass == 0 && chain.links()[1].mass == 0;
 }
 
 const Paint& paintOf(int link) {
   return paints[index(link) % paints.size()];
-}
-
-namespace {
-
-/// The largest distance of the base from its origin, m, in x and y apart.
-double farthest(const BaseLaws& base) {
-  const auto of = [](const MotionLaw& law) {
-    double most = 0;
-    for (const MotionLaw::Piece& piece : law.pieces()) most = std::fmax(most, std::fabs(piece.c[0]));
-    return std::fabs(law.amplitude()) + most;
-  };
-  return std::hypot(of(base.x), of(base.y));
-}
-
-/// The largest initial height of a pin above the ground pin, m.
-double highest(const Scene& scene) {
-  double angle = 0, height = 0, most = 0;
-  for (std::size_t i = 0; i < scene.q.size(); ++i) {
-    const Vec2d pin = scene.chain.links()[i].pin;
-    angle += scene.q[i];
-    height += std::sin(angle) * pin.x + std::cos(angle) * pin.y;
-    most = std::fmax(most, height);
-  }
-  return most;
-}
-
-}  // namespace
-
-FirstView::FirstView(const Scene& scene) {
-  const Drawing drawing(scene);
-  const double size = drawing.span + (scene.base ? farthest(*scene.base) : 0);
-  centre = drawing.middle;
-  half = margin * size;
-  const Vec2d gravity = scene.chain.gravity();
-  const bool falls = scene.loads.empty() && !scene.tip && gravity.x == 0 && gravity.y < 0 &&
-                     std::all_of(scene.qd.begin(), scene.qd.end(), [](double rate) { return rate == 0; });
-  if (scene.chain.size() <= longChain || !falls) return;
-  const double top = highest(scene) + (margin - 1) * size, bottom = -margin * size;
-  centre = {0, (top + bottom) / 2};
-  half = std::fmax((top - bottom) / 2, margin * size / aspect);
 }
 
 Figure figureOf(const Link& link, const Drawing& drawing) {
@@ -334,8 +289,9 @@ Figure figureOf(const Link& link, const Drawing& drawing) {
   if (aside >= w / 2) return {{{{}, link.com}, {link.com, link.pin}, pins}};
 
   // The uniform rod with this mass and moment of inertia I = m r²/12. A short one is a bob; a bob beyond the
-  // outer pin hangs on a longer bar.
-  const double r = link.mass > 0 ? std::sqrt(12 * link.inertia / link.mass) : 0;
+  // outer pin hangs on a longer bar. A rod that would extend beyond both pins ends at the farther one.
+  double r = link.mass > 0 ? std::sqrt(12 * link.inertia / link.mass) : 0;
+  if (l > 0) r = std::fmin(r, 2 * std::fmax(length(link.com), length(link.pin - link.com)));
   if (r < w) {
     const bool isBeyond = dot(link.com, link.pin) > l * l || l == 0;
     return {{isBeyond ? Bar{{}, link.com, thin} : pins}, true};

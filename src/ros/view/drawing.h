@@ -21,10 +21,17 @@ struct Drawing {
   double force;  ///< N: drawn half a unit long. The chain's weight; without gravity, the largest load
   double torque;  ///< N m: `force` at half the reach
 
-  /// Returns the arrow of a force f (N), in m: proportional to it, but at most 1.5 units long. An arrow that
-  /// starts within the span, at `from` in the base frame, ends at most 1.2 spans from the middle: in view.
+  /// Returns the arrow of a force f (N), in m: proportional to it, but at most 1.5 units long. `from`: where
+  /// it starts, m, in base axes from the inner pin of the first link that turns. An arrow that starts within
+  /// the span ends at most 1.2 spans from the middle: in view.
   Vec2d arrow(Vec2d f, Vec2d from) const;
+  /// Returns the length of the arrow of a force along a rail (N), in m. It grows with the square root of the
+  /// force, as arcs do with the torque, to 1.5 units for the chain's weight and more.
+  double push(double f) const;
 };
+
+/// The length of a carriage along its rail, in widths of a link.
+constexpr double carriageLength = 6;
 
 /// A colour of links: three neighbours have different ones. The parts are in 0 … 1.
 struct Paint {
@@ -32,16 +39,6 @@ struct Paint {
   double red, green, blue;
 };
 const Paint& paintOf(int link);
-
-/// The part of the base frame that rviz shows at first; src/tools/show.py has the same formulas. It is `half`
-/// high above and below `centre`, and at least as wide. A long chain that falls from rest stays in the lower
-/// half of its reach.
-struct FirstView {
-  explicit FirstView(const Scene& scene);
-
-  Vec2d centre;  ///< m
-  double half;   ///< m
-};
 
 /// A straight part of a body, in the link frame, m.
 struct Bar {
@@ -60,8 +57,8 @@ struct Figure {
 bool floats(const Chain& chain);
 
 /// A thin bar joins the pins. A thick one shows the mass: the uniform rod with the body's mass, centre of
-/// mass and moment of inertia, or a bob, if the centre of mass is in line with the pins. Else two thick bars
-/// join the pins to the centre of mass.
+/// mass and moment of inertia, or a bob, if the centre of mass is in line with the pins. A rod that would
+/// extend beyond both pins ends at the farther one. Else two thick bars join the pins to the centre of mass.
 Figure figureOf(const Link& link, const Drawing& drawing);
 
 /// Returns the scene as URDF, for rviz and other engines. Its root is the world frame, z up; a fixed joint

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "planar_chain/simulation.h"
-#include "ros/view/drawing.h"
+#include "ros/view/extent.h"
 
 namespace planar_chain {
 

@@ -43,6 +43,8 @@ Messages::Messages(Simulation& simulation, const std::string& node, bool hasView
   geometry_msgs::TransformStamped& base = staticTransforms_.transforms.emplace_back();
   base.header.frame_id = frames_.world;
   base.child_frame_id = frames_.base;
+  base.transform.translation.x = scene.publish.offset.x;
+  base.transform.translation.z = scene.publish.offset.y;
   base.transform.rotation.x = base.transform.rotation.w = std::sqrt(0.5);
   for (const geometry_msgs::TransformStamped& imu : measurements_.transforms({})) {
     staticTransforms_.transforms.push_back(imu);

@@ -47,7 +47,7 @@ Sketch& Sketch::on(int link, const Pose& pose) {
   current_ = static_cast<std::size_t>(found - markers.begin());
   if (found != markers.end()) return *this;
   Marker marker;
-  marker.header.frame_id = link == base ? frames_.base : frames_.links[index(link)];
+  marker.header.frame_id = frames_.of(link);
   marker.frame_locked = true;
   marker.id = link;
   marker.ns = name_;

@@ -15,7 +15,8 @@ namespace planar_chain {
 namespace {
 
 const Colour red = colour(1, 0.33, 0.42), green = colour(0.4, 0.85, 0.5), white = colour(0.95, 0.95, 0.95),
-             black = colour(0.1, 0.1, 0.12), violet = colour(0.75, 0.5, 1), orange = colour(0.98, 0.65, 0.15);
+             black = colour(0.1, 0.1, 0.12), violet = colour(0.75, 0.5, 1), orange = colour(0.98, 0.65, 0.15),
+             yellow = colour(0.95, 0.9, 0.5), paleYellow = colour(0.95, 0.9, 0.5, 0.16);
 
 // Sizes, in widths of a link.
 constexpr double arrowWidth = 0.3;
@@ -23,10 +24,11 @@ constexpr double turnRadius = 2;
 constexpr double centreRadius = 0.5, rim = 0.1;
 constexpr double trailWidth = 0.3;
 constexpr double brakeRadius = 1.45, brakeWidth = 0.4, padSweep = 0.85 * pi;
+constexpr double limitRadius = 3.2, limitInner = 0.8, limitWidth = 0.4, railMark = 5;
 constexpr double coilInner = 0.9, coilOuter = 1.7, coilWidth = 0.17, coilTurns = 2.25;
 // Heights above the plane of motion, in widths of a link. The more important figure is on top.
-constexpr double behind = -0.55, underCoils = 1.1, overBodies = 1.2, overCoils = 1.3, overPins = 1.4,
-                 onTop = 1.5;
+constexpr double behind = -0.55, farBehind = -0.65, underCoils = 1.1, overBodies = 1.2, overCoils = 1.3,
+                 overPins = 1.4, onTop = 1.5;
 
 constexpr double fullTurn = 5;           // rad, of the arrow of Drawing::torque and of larger ones
 constexpr double leastDrawn = 0.005;     // share of Drawing's force or torque
@@ -47,10 +49,10 @@ Colour colourOf(int link) {
   return colour(paint.red, paint.green, paint.blue);
 }
 
-/// rviz follows a chain that nothing holds (src/tools/show.py).
-std::string frameOfView(const Scene& scene, const Frames& frames) {
+/// The link that rviz follows (src/tools/show.py): the last slide of a chain that nothing holds.
+int linkOfView(const Scene& scene, const Frames& frames) {
   const int moving = scene.chain.slides() - 1;
-  return floats(scene.chain) && frames.has(moving) ? frames.links[index(moving)] : frames.base;
+  return floats(scene.chain) && frames.has(moving) ? moving : Sketch::base;
 }
 
 }  // namespace
@@ -63,7 +65,9 @@ Views::Views(Simulation& simulation, const Frames& frames)
       stride_((chain_.size() + most - 1) / most),
       motions_(chain_.links().size()),
       torques_(chain_.links().size()),
-      energy_(FirstView(simulation.scene()), frameOfView(simulation.scene(), frames), drawing_.torque) {
+      energy_(FirstView(simulation.scene()), frames.of(linkOfView(simulation.scene(), frames)),
+              drawing_.torque),
+      scale_(FirstView(simulation.scene()), frames, linkOfView(simulation.scene(), frames)) {
   // Name the figures.
   const double bar = drawing_.bar;
   const auto add = [&](const char* name, double height, auto drawn, double lineWidth = 0) {
@@ -75,6 +79,7 @@ Views::Views(Simulation& simulation, const Frames& frames)
   add("springs", overBodies, &Views::drawSprings);
   add("friction", underCoils, &Views::drawFriction);
   add("drives", onTop, &Views::drawDrives);
+  add("limits", farBehind, &Views::drawLimits);
   add("trail", behind, &Views::drawTrail, trailWidth);
   add("centres", overCoils, &Views::drawCentres);
 }
@@ -92,8 +97,22 @@ Pose Views::poseOf(int link) const {
 }
 
 /// From here on the sketch draws in the axes of a link: in its frame, or in that of the base if it has none.
-Sketch& Views::on(Sketch& sketch, int link) const {
-  return frames_.has(link) ? sketch.on(link) : sketch.on(Sketch::base, poseOf(link));
+/// origin: of the coordinates that follow, link frame.
+Sketch& Views::on(Sketch& sketch, int link, Vec2d origin) const {
+  const auto [pin, turn] = poseOf(link);
+  return frames_.has(link) ? sketch.on(link, {origin, {}})
+                           : sketch.on(Sketch::base, {pin + turn * origin, turn});
+}
+
+/// From here on the sketch draws in the axes of the body outside of which a joint is, as q does: from where
+/// the joint's link is at q = 0.
+Sketch& Views::inside(Sketch& sketch, int joint) const {
+  if (joint > 0) return on(sketch, joint - 1, chain_.links()[index(joint - 1)].pin);
+  const auto [pin, turn] = poseOf(0);
+  const double q = simulation_.q()[0];
+  const Joint& first = chain_.joints()[0];
+  return sketch.on(Sketch::base, first.slides ? Pose{pin - turn * (q * first.axis), turn}
+                                              : Pose{pin, Rotation<double>::of(motions_[0].angle - q)});
 }
 
 Vec2d Views::tip() const {
@@ -111,7 +130,8 @@ void Views::forLoads(Act act) const {
 void Views::drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const Colour& paint) {
   if (length(force) <= leastDrawn * drawing_.force) return;
   const auto [origin, turn] = poseOf(link);
-  const Vec2d arrow = drawing_.arrow(force, origin + turn * point);
+  const Vec2d root = motions_[index(chain_.slides())].innerPin;
+  const Vec2d arrow = drawing_.arrow(force, origin + turn * point - root);
   const Rotation<double> toLink{turn.c, -turn.s};
   on(sketch, link).arrow(point, point + toLink * arrow, arrowWidth * drawing_.bar, paint);
 }
@@ -124,6 +144,16 @@ void Views::drawTurn(Sketch& sketch, int link, Vec2d centre, double torque, cons
   on(sketch, link).turn(centre, turnRadius * drawing_.bar, sweep, arrowWidth * drawing_.bar, paint);
 }
 
+/// What acts in a joint: an arc, or along a rail an arrow that begins at the carriage.
+void Views::drawInJoint(Sketch& sketch, int joint, double torque, const Colour& paint) {
+  const Joint& own = chain_.joints()[index(joint)];
+  if (!own.slides) return drawTurn(sketch, joint, {}, torque, paint);
+  if (std::fabs(torque) < leastDrawn * drawing_.force) return;
+  const Vec2d along = std::copysign(1, torque) * own.axis;
+  const double bar = drawing_.bar, from = carriageLength / 2 * bar;
+  on(sketch, joint).arrow(from * along, (from + drawing_.push(torque)) * along, arrowWidth * bar, paint);
+}
+
 void Views::drawLoads(Sketch& sketch) {
   forLoads([&](const Load& load, double factor) {
     if (load.stop - simulation_.time() <= leastRemaining) return;
@@ -131,7 +161,7 @@ void Views::drawLoads(Sketch& sketch) {
       drawForce(sketch, load.link, load.point, factor * load.force, red);
       drawTurn(sketch, load.link, chain_.links()[index(load.link)].com, factor * load.moment, red);
     }
-    if (load.joint != Load::none) drawTurn(sketch, load.joint, {}, factor * load.torque, red);
+    if (load.joint != Load::none) drawInJoint(sketch, load.joint, factor * load.torque, red);
   });
 }
 
@@ -142,7 +172,7 @@ void Views::drawDrives(Sketch& sketch) {
   simulation_.jointTorques(torques_.data());
   for (const Drive& drive : drives) {
     if (drive.joint % stride_ != 0) continue;
-    drawTurn(sketch, drive.joint, {}, torques_[index(drive.joint)], violet);
+    drawInJoint(sketch, drive.joint, torques_[index(drive.joint)], violet);
   }
 }
 
@@ -180,16 +210,43 @@ void Views::drawSprings(Sketch& sketch) {
   for (int i = 0; i < chain_.size(); i += stride_) {
     const Joint& joint = chain_.joints()[index(i)];
     if (!hasSymbol(joint, Symbol::coil)) continue;
-    const double share = std::fabs(tau[i]) / drawing_.torque;
+    const double share = std::fabs(tau[i]) / (joint.slides ? drawing_.force : drawing_.torque);
     on(sketch, i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
                        coilWidth * drawing_.bar, heat(share));
   }
 }
 
+/// A pale sector of the angles that a joint allows, or a line across its rail at each limit.
+void Views::drawLimits(Sketch& sketch) {
+  const double bar = drawing_.bar;
+  for (int i = 0; i < chain_.size(); i += stride_) {
+    const Joint& joint = chain_.joints()[index(i)];
+    if (!joint.isLimited()) continue;
+    const Vec2d pin = chain_.links()[index(i)].pin;
+    const Vec2d body = length(pin) > 0 ? pin : chain_.links()[index(i)].com;
+    const double zero = joint.slides ? 0 : std::atan2(body.y, body.x);
+    for (const double limit : {joint.lower, joint.upper}) {
+      if (!std::isfinite(limit)) continue;
+      const Vec2d along = joint.slides ? joint.axis : Rotation<double>::of(zero + limit) * Vec2d{1, 0};
+      const Vec2d mark = joint.slides ? railMark / 2 * bar * perp(along) : limitRadius * bar * along;
+      const Vec2d place = joint.slides ? limit * along : Vec2d{};
+      inside(sketch, i).band(place + (joint.slides ? -1 : limitInner / limitRadius) * mark, place + mark,
+                             limitWidth * bar, limitWidth * bar, yellow);
+    }
+    if (joint.slides || !std::isfinite(joint.upper - joint.lower)) continue;
+    const double sweep = std::fmin(joint.upper - joint.lower, 2 * pi);
+    inside(sketch, i).sector({}, limitRadius * bar, zero + joint.lower, sweep, paleYellow);
+  }
+}
+
 void Views::drawTrail(Sketch& sketch) {
-  // Add the tip, and remove what is too old or too close. Time goes back at a reset.
+  // Add the tip, and remove what is too old or too close. A state that was set begins a new trail, and so
+  // does a tick after others that nobody watched.
   const double now = simulation_.time();
-  if (!trail_.empty() && now < trail_.rbegin()->first) trail_.clear();
+  const double longestPause = 2 / simulation_.scene().publish.tfRate;
+  if (std::exchange(timesSet_, simulation_.timesSet()) != simulation_.timesSet() ||
+      (!trail_.empty() && now - trail_.rbegin()->first > longestPause))
+    trail_.clear();
   if (trail_.size() > 1 && trail_.rbegin()->first - std::next(trail_.rbegin())->first < 1 / trailRate)
     trail_.erase(std::prev(trail_.end()));
   trail_[now] = tip();

@@ -10,6 +10,7 @@
 #include "ros/messages/frames.h"
 #include "ros/view/drawing.h"
 #include "ros/view/energy_text.h"
+#include "ros/view/scale_bar.h"
 #include "ros/view/sketch.h"
 
 namespace planar_chain {
@@ -33,6 +34,7 @@ class Views {
     visit("energy", [this](ros::Time stamp) {
       return &energy_.write(simulation_.time(), simulation_.energyBalance(), stamp);
     });
+    visit("scale", [this](ros::Time stamp) { return &scale_.message(stamp); });
   }
 
  private:
@@ -45,11 +47,13 @@ class Views {
   visualization_msgs::MarkerArray& draw(View& view, ros::Time stamp);
   void drawLoads(Sketch& sketch);
   void drawTurn(Sketch& sketch, int link, Vec2d centre, double torque, const Colour& paint);
+  void drawInJoint(Sketch& sketch, int joint, double torque, const Colour& paint);
   void drawDrives(Sketch& sketch);
   void drawFriction(Sketch& sketch);
   void drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const Colour& paint);
   void drawPinForces(Sketch& sketch);
   void drawSprings(Sketch& sketch);
+  void drawLimits(Sketch& sketch);
   void drawTrail(Sketch& sketch);
   void drawCentres(Sketch& sketch);
   void drawCentre(Sketch& sketch, Vec2d at, double radius);
@@ -57,7 +61,8 @@ class Views {
   /// Calls act(load, factor) for the loads of the scene and the commands in force.
   template <class Act>
   void forLoads(Act act) const;
-  Sketch& on(Sketch& sketch, int link) const;
+  Sketch& on(Sketch& sketch, int link, Vec2d origin = {}) const;
+  Sketch& inside(Sketch& sketch, int joint) const;
   Pose poseOf(int link) const;
   Vec2d tip() const;
 
@@ -70,8 +75,10 @@ class Views {
   bool hasMotions_ = false;  ///< motions_ are those of the present state
   std::vector<double> torques_;
   std::map<double, Vec2d> trail_;  ///< the tip (m, base frame) by time (s)
+  long long timesSet_ = 0;         ///< of the simulation, in the trail
   std::vector<View> views_;
   EnergyText energy_;
+  ScaleBar scale_;
 };
 
 }  // namespace planar_chain

@@ -1,0 +1,31 @@
+#pragma once
+
+/// How far a machine extends: its rails, where its first pin can be, and the first view of all of it.
+
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+/// A part of a straight line, m along its axis.
+struct Range {
+  double from, to;
+};
+
+/// The part of a slide's rail that is drawn. It ends at the limits of q. A side without a limit within ten
+/// reaches is two reaches long, measured from the initial position or from the drive's farthest one.
+Range railOf(const Scene& scene, int slide, double reach);
+
+/// The part of a tip's line that the chain can reach, from the point of the line that the scene gives.
+Range lineOf(const Scene& scene, double reach);
+
+/// The part of the base frame that rviz shows at first; src/tools/show.py has the same formulas. It is `half`
+/// high above and below `centre`, and at least as wide. It has room for the reach around each position that
+/// rails and base allow. A long chain that falls from rest stays in the lower half of its reach.
+struct FirstView {
+  explicit FirstView(const Scene& scene);
+
+  Vec2d centre;  ///< m
+  double half;   ///< m
+};
+
+}  // namespace planar_chain
