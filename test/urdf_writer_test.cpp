@@ -104,12 +104,12 @@ TEST(Urdf, IsDrawnToTheSizeOfShortLinksAndClosedChains) {
   EXPECT_DOUBLE_EQ(open.span, 2);
   EXPECT_DOUBLE_EQ(closed.span, 1);
   EXPECT_DOUBLE_EQ(closed.middle.x, 0.75);
-  EXPECT_DOUBLE_EQ(open.push(-open.force / 4), 0.75 * open.unit);
-  EXPECT_DOUBLE_EQ(open.push(4 * open.force), 1.5 * open.unit);
+  EXPECT_DOUBLE_EQ(open.push(-open.force / 4), 2.5 / 4 / 2);
+  EXPECT_DOUBLE_EQ(open.push(4 * open.force), 2.5 / 4);
   const Vec2d start{1.5, 0};
   EXPECT_DOUBLE_EQ((start + closed.arrow({1e6, 0}, start)).x, 0.75 + 1.2);
-  EXPECT_DOUBLE_EQ(FirstView(of("tip: {pin: [1.5, 0]}")).half, 1.25);
-  EXPECT_DOUBLE_EQ(FirstView(of("tip: {line: {point: [0, 0.5]}}")).half, 2.5);
+  EXPECT_DOUBLE_EQ(Extent(of("tip: {pin: [1.5, 0]}")).half, 1.25);
+  EXPECT_DOUBLE_EQ(Extent(of("tip: {line: {point: [0, 0.5]}}")).half, 2.5);
 }
 
 /// A crank with the inertia of a flywheel: a rod of this inertia would be up to 9 m long.
@@ -135,11 +135,10 @@ TEST(Urdf, DrawsNoLinkBeyondBothPins) {
 }
 
 /// All positions of a cart and of a base, and the reach around them.
-TEST(Urdf, IsInTheFirstView) {
+TEST(Urdf, IsInTheExtent) {
   const auto viewOf = [](const std::string& joint, const std::string& more) {
-    return FirstView(readSceneText("chain: [cart, rod]\nlinks: {cart: {mass: 1, pin: [0, 0], joint: {" +
-                                   joint + "}}, rod: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}}\n" +
-                                   more));
+    return Extent(readSceneText("chain: [cart, rod]\nlinks: {cart: {mass: 1, pin: [0, 0], joint: {" + joint +
+                                "}}, rod: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}}\n" + more));
   };
   const std::string slides = "type: prismatic, axis: [1, 0], ", along = "lower: -1, upper: 7";
   EXPECT_DOUBLE_EQ(viewOf(slides + along, "").centre.x, 3);
@@ -155,8 +154,8 @@ TEST(Urdf, IsInTheFirstView) {
   const Scene crane = readSceneText(
       "chain: [rod]\nlinks: {rod: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}}\n"
       "base: {x: {times: [0, 1], values: [0, 6]}}");
-  EXPECT_DOUBLE_EQ(FirstView(crane).centre.x, 3);
-  EXPECT_DOUBLE_EQ(FirstView(crane).half, 4.25 / 1.27);
+  EXPECT_DOUBLE_EQ(Extent(crane).centre.x, 3);
+  EXPECT_DOUBLE_EQ(Extent(crane).half, 4.25 / 1.27);
 }
 
 }  // namespace

@@ -9,20 +9,20 @@
 
 #include "effects/effect_kind.h"
 #include "planar_chain/fault.h"
-#include "ros/view/extent.h"
 #include "scene/urdf_document.h"
 
 namespace planar_chain {
 
 namespace {
 
-constexpr double barWidth = 0.09;   // units
-constexpr double leastBar = 0.016;  // reaches
-constexpr double thin = 0.4;        // share of the width
-constexpr int fewLinks = 8;         // a longer chain has units of an eighth of its reach
-constexpr double fewWidths = 2;     // links shorter than this are short
-constexpr double longest = 1.5;     // units, of an arrow
-constexpr double beyond = 0.2;      // spans, from the farthest points of the chain to the rim of the view
+constexpr double barWidth = 0.09;       // units
+constexpr double leastBar = 0.016;      // reaches
+constexpr double leastInView = 0.0128;  // of half the view: as much, without rails and base
+constexpr double thin = 0.4;            // share of the width
+constexpr int fewLinks = 8;             // a longer chain has units of an eighth of its reach
+constexpr double fewWidths = 2;         // links shorter than this are short
+constexpr double longest = 1.5;         // units, of an arrow
+constexpr double beyond = 0.2;          // spans, from the farthest points of the chain to the rim of the view
 
 // In the URDF, in widths of a link:
 constexpr double pinRadius = 0.72, bobRadius = 1.1;
@@ -227,23 +227,16 @@ class Writer {
 
 }  // namespace
 
-Drawing::Drawing(const Scene& scene) : reach(0) {
+Drawing::Drawing(const Scene& scene) : Extent(scene) {
   double mass = 0, shortest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < scene.chain.size(); ++i) {
     const Link& link = scene.chain.links()[index(i)];
     const double size = std::fmax(length(link.pin), length(link.com));
     if (i >= scene.chain.slides() && size > 0) shortest = std::fmin(shortest, size);
-    reach += size;
     mass += link.mass;
   }
-  if (reach == 0) reach = 1;
-  // The way from the ground pin over any pin to the tip is at most as long as the chain.
-  const bool isPinned =
-      scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base && scene.chain.slides() == 0;
-  if (isPinned) middle = 0.5 * Vec2d{scene.tip->x.at(0).value, scene.tip->y.at(0).value};
-  span = isPinned ? reach / 2 : reach;
   unit = reach / std::min(scene.chain.size(), fewLinks);
-  bar = std::fmax(barWidth * std::fmin(unit, shortest), leastBar * reach);
+  bar = std::fmax(barWidth * std::fmin(unit, shortest), std::fmax(leastBar * reach, leastInView * half));
   force = mass * length(scene.chain.gravity());
   if (force == 0) {
     for (const Load& load : scene.loads) {
@@ -268,7 +261,7 @@ Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
 }
 
 double Drawing::push(double f) const {
-  return longest * unit * std::fmin(1, std::sqrt(std::fabs(f) / force));
+  return std::fmin(half / 4, span) * std::fmin(1, std::sqrt(std::fabs(f) / force));
 }
 
 bool floats(const Chain& chain) {

@@ -7,18 +7,16 @@
 
 #include "planar_chain/scene.h"
 #include "ros/messages/frames.h"
+#include "ros/view/extent.h"
 
 namespace planar_chain {
 
-struct Drawing {
+struct Drawing : Extent {
   explicit Drawing(const Scene& scene);
 
-  double reach;  ///< m: the largest possible distance from the ground pin
-  Vec2d middle;  ///< m: no pin can be further than `span` from it. The ground pin, or halfway to a pinned tip
-  double span;   ///< m: the reach, or half of it
-  double unit;   ///< m: the mean length of a link, at least an eighth of the reach
-  double bar;    ///< m: the width of a link, narrow beside the shortest one that turns
-  double force;  ///< N: drawn half a unit long. The chain's weight; without gravity, the largest load
+  double unit;    ///< m: the mean length of a link, at least an eighth of the reach
+  double bar;     ///< m: the width of a link, narrow beside the shortest one that turns
+  double force;   ///< N: drawn half a unit long. The chain's weight; without gravity, the largest load
   double torque;  ///< N m: `force` at half the reach
 
   /// Returns the arrow of a force f (N), in m: proportional to it, but at most 1.5 units long. `from`: where
@@ -26,7 +24,7 @@ struct Drawing {
   /// the span ends at most 1.2 spans from the middle: in view.
   Vec2d arrow(Vec2d f, Vec2d from) const;
   /// Returns the length of the arrow of a force along a rail (N), in m. It grows with the square root of the
-  /// force, as arcs do with the torque, to 1.5 units for the chain's weight and more.
+  /// force, as arcs do with the torque, to an eighth of the view's height for the chain's weight and more.
   double push(double f) const;
 };
 

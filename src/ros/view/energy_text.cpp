@@ -73,7 +73,7 @@ std::string withDecimalsOf(double reference, double number) {
 
 }  // namespace
 
-EnergyText::EnergyText(const FirstView& view, const std::string& frame, double reference)
+EnergyText::EnergyText(const Extent& view, const std::string& frame, double reference)
     : reference_(reference), size_(textSize * view.half) {
   const double left = view.centre.x - textAside * view.half;
   middle_ = left + longestNumber * size_;

@@ -14,7 +14,7 @@ namespace planar_chain {
 class EnergyText {
  public:
   /// frame: of the base, or what the view follows. reference: an energy, J, that is shown with four digits.
-  EnergyText(const FirstView& view, const std::string& frame, double reference);
+  EnergyText(const Extent& view, const std::string& frame, double reference);
 
   /// time: s. Returns a message that is valid until the next call: a text for each line, as two would part in
   /// a view that is turned.

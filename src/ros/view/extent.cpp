@@ -92,17 +92,23 @@ Range lineOf(const Scene& scene, double reach) {
   return {dot(*tip.line, centre) - half, dot(*tip.line, centre) + half};
 }
 
-FirstView::FirstView(const Scene& scene) {
-  const Drawing drawing(scene);
-  const Box root = rootOf(scene, drawing.reach);
-  const double room = margin * drawing.span;
-  const Vec2d low = root.low + drawing.middle - Vec2d{room, room};
-  Vec2d high = root.high + drawing.middle + Vec2d{room, room};
+Extent::Extent(const Scene& scene) {
+  for (const Link& link : scene.chain.links()) reach += std::fmax(length(link.pin), length(link.com));
+  if (reach == 0) reach = 1;
+  // The way from the ground pin over any pin to the tip is at most as long as the chain.
+  const bool isPinned =
+      scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base && scene.chain.slides() == 0;
+  if (isPinned) middle = 0.5 * Vec2d{scene.tip->x.at(0).value, scene.tip->y.at(0).value};
+  span = isPinned ? reach / 2 : reach;
+
+  const Box root = rootOf(scene, reach);
+  const double room = margin * span;
+  const Vec2d low = root.low + middle - Vec2d{room, room};
+  Vec2d high = root.high + middle + Vec2d{room, room};
   const Vec2d gravity = scene.chain.gravity();
   const bool falls = scene.loads.empty() && !scene.tip && gravity.x == 0 && gravity.y < 0 &&
                      std::all_of(scene.qd.begin(), scene.qd.end(), [](double rate) { return rate == 0; });
-  if (scene.chain.size() > longChain && falls)
-    high.y = root.high.y + highest(scene) + (margin - 1) * drawing.span;
+  if (scene.chain.size() > longChain && falls) high.y = root.high.y + highest(scene) + (margin - 1) * span;
   centre = 0.5 * (low + high);
   half = std::fmax((high.y - low.y) / 2, (high.x - low.x) / 2 / aspect);
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-/// How far a machine extends: its rails, where its first pin can be, and the first view of all of it.
+/// How far a machine extends, the first view of all of it, and its rails.
 
 #include "planar_chain/scene.h"
 
@@ -18,12 +18,17 @@ Range railOf(const Scene& scene, int slide, double reach);
 /// The part of a tip's line that the chain can reach, from the point of the line that the scene gives.
 Range lineOf(const Scene& scene, double reach);
 
-/// The part of the base frame that rviz shows at first; src/tools/show.py has the same formulas. It is `half`
-/// high above and below `centre`, and at least as wide. It has room for the reach around each position that
-/// rails and base allow. A long chain that falls from rest stays in the lower half of its reach.
-struct FirstView {
-  explicit FirstView(const Scene& scene);
+struct Extent {
+  explicit Extent(const Scene& scene);
 
+  double reach = 0;  ///< m: the largest possible distance from the first pin
+  Vec2d middle;  ///< m: no pin can be further than `span` from it. The first pin, or halfway to a pinned tip
+  double span;   ///< m: the reach, or half of it
+
+  // The part of the base frame that rviz shows at first; src/tools/show.py has the same formulas. It is
+  // `half` high above and below `centre`, and at least as wide. It has room for the reach around each
+  // position that rails and base allow. A long chain that falls from rest stays in the lower half of its
+  // reach.
   Vec2d centre;  ///< m
   double half;   ///< m
 };

@@ -26,7 +26,7 @@ double roundedDown(double length) {
 
 }  // namespace
 
-ScaleBar::ScaleBar(const FirstView& view, const Frames& frames, int link) {
+ScaleBar::ScaleBar(const Extent& view, const Frames& frames, int link) {
   const double length = roundedDown(longest * view.half), half = view.half;
   const Colour paint = colour(0.85, 0.88, 0.92);
   const Vec2d to = view.centre + half * Vec2d{right, bottom}, from = to - Vec2d{length, 0};

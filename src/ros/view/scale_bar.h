@@ -12,7 +12,7 @@ namespace planar_chain {
 class ScaleBar {
  public:
   /// link: that the view follows, or Sketch::base.
-  ScaleBar(const FirstView& view, const Frames& frames, int link);
+  ScaleBar(const Extent& view, const Frames& frames, int link);
 
   /// Returns a message that is valid until the next call.
   visualization_msgs::MarkerArray& message(ros::Time stamp);

@@ -16,7 +16,7 @@ namespace {
 
 const Colour red = colour(1, 0.33, 0.42), green = colour(0.4, 0.85, 0.5), white = colour(0.95, 0.95, 0.95),
              black = colour(0.1, 0.1, 0.12), violet = colour(0.75, 0.5, 1), orange = colour(0.98, 0.65, 0.15),
-             yellow = colour(0.95, 0.9, 0.5), paleYellow = colour(0.95, 0.9, 0.5, 0.16);
+             yellow = colour(0.95, 0.9, 0.5), paleYellow = colour(0.95, 0.9, 0.5, 0.2);
 
 // Sizes, in widths of a link.
 constexpr double arrowWidth = 0.3;
@@ -24,7 +24,7 @@ constexpr double turnRadius = 2;
 constexpr double centreRadius = 0.5, rim = 0.1;
 constexpr double trailWidth = 0.3;
 constexpr double brakeRadius = 1.45, brakeWidth = 0.4, padSweep = 0.85 * pi;
-constexpr double limitRadius = 3.2, limitInner = 0.8, limitWidth = 0.4, railMark = 5;
+constexpr double limitRadius = 4, limitInner = 0.8, limitWidth = 0.4, railMark = 5;
 constexpr double coilInner = 0.9, coilOuter = 1.7, coilWidth = 0.17, coilTurns = 2.25;
 // Heights above the plane of motion, in widths of a link. The more important figure is on top.
 constexpr double behind = -0.55, farBehind = -0.65, underCoils = 1.1, overBodies = 1.2, overCoils = 1.3,
@@ -65,9 +65,8 @@ Views::Views(Simulation& simulation, const Frames& frames)
       stride_((chain_.size() + most - 1) / most),
       motions_(chain_.links().size()),
       torques_(chain_.links().size()),
-      energy_(FirstView(simulation.scene()), frames.of(linkOfView(simulation.scene(), frames)),
-              drawing_.torque),
-      scale_(FirstView(simulation.scene()), frames, linkOfView(simulation.scene(), frames)) {
+      energy_(drawing_, frames.of(linkOfView(simulation.scene(), frames)), drawing_.torque),
+      scale_(drawing_, frames, linkOfView(simulation.scene(), frames)) {
   // Name the figures.
   const double bar = drawing_.bar;
   const auto add = [&](const char* name, double height, auto drawn, double lineWidth = 0) {
