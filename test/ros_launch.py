@@ -57,7 +57,7 @@ class Launch(unittest.TestCase):
 
     def test_a_real_time_factor_sets_use_sim_time(self):
         try:
-            with self.launch('scene:=pendulum', 'real_time_factor:=4', 'offset:=2,-.5'):
+            with self.launch('scene:=pendulum', 'real_time_factor:=4', 'offset:=2,-0.5'):
                 self.states.wait_for_count(50)
                 self.assertEqual(rospy.get_param('/planar_chain/publish/offset'), [2, -0.5])
                 self.assertIs(rospy.get_param('/use_sim_time'), True)
