@@ -135,7 +135,7 @@ TEST(Urdf, DrawsNoLinkBeyondBothPins) {
 }
 
 /// All positions of a cart and of a base, and the reach around them.
-TEST(Urdf, IsInTheExtent) {
+TEST(Urdf, IsWholeInTheFirstView) {
   const auto viewOf = [](const std::string& joint, const std::string& more) {
     return Extent(readSceneText("chain: [cart, rod]\nlinks: {cart: {mass: 1, pin: [0, 0], joint: {" + joint +
                                 "}}, rod: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}}\n" + more));
