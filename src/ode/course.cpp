@@ -83,9 +83,13 @@ void Course::findRates() const {
   constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
   const auto v0 = start_.state.y.segment(n_, n_).array(), v1 = end_.state.y.segment(n_, n_).array();
   const auto a0 = start_.rates(n_).array(), a1 = end_.rates(n_).array();
-  const auto byRates = h_ / 2 * (v0 + v1) + h_ * h_ / 12 * (a0 - a1);
-  const auto most = rounding * (start_.state.y.head(n_).array().abs() + end_.state.y.head(n_).array().abs());
-  turn_ = ((turn_.array() - byRates).abs() <= most).select(byRates, turn_.array());
+  const auto change = h_ * h_ / 12 * (a0 - a1);
+  const auto byRates = h_ / 2 * (v0 + v1) + change;
+  const auto size = start_.state.y.head(n_).array().abs() + end_.state.y.head(n_).array().abs();
+  turn_ = ((turn_.array() - byRates).abs() <= rounding * size).select(byRates, turn_.array());
+  // A projection moves every angle by the rounding of the largest, or by more.
+  if (f_.freedoms() == f_.size()) return;
+  turn_ = (change.abs() <= rounding * size.maxCoeff()).select(byRates, turn_.array());
 }
 
 void Course::findBend() const {
