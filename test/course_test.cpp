@@ -74,6 +74,24 @@ TEST(Course, TakesNoRoundingOfAnAngleForARate) {
   }
 }
 
+/// Its steps end with a projection.
+class Projected : public Oscillator {
+ public:
+  int freedoms() const override { return 2; }
+};
+
+TEST(Course, TakesNoProjectionOfAnAngleForARate) {
+  for (const double h : {1e-6, 1e-8, 1e-10, 1e-13}) {
+    Projected f;
+    Course course(f);
+    Step step(h);
+    step.to.y[0] += 1e-13;
+    course.take(step.from, step.to);
+    const double t = start + h / 2;
+    EXPECT_NEAR(course.at(t)[1], std::cos(t), 1e-15) << h;
+  }
+}
+
 TEST(Course, KnowsTheAccelerations) {
   for (const double s : {0.0, 0.3, 0.5, 1.0}) {
     Step step(0.2);

@@ -184,6 +184,23 @@ TEST(StickSlip, AReleaseInVainWidensTheBandUntilTheJointMoves) {
   EXPECT_NEAR(joints.limit(1) - 0.5, own, 1e-3 * own);
 }
 
+TEST(StickSlip, AClearStartInVainLeavesTheBand) {
+  const Scene scene = levelChain(2, 0.5);
+  StickSlip joints(scene.chain, 1e-6);
+  const double y[] = {0.25, 0.5, 0, 0};
+  for (const int i : {0, 1}) joints.enter(i, y);
+  joints.take();
+  const double limit = joints.limit(1);
+  joints.start(1, 1);
+  joints.startWith(1, 2000 * joints.leastStart(1), 0);
+  joints.rest(1, y, false);
+  EXPECT_EQ(joints.limit(1), limit);
+  joints.start(1, 1);
+  joints.startWith(1, 2000 * joints.leastStart(1), joints.leastStart(1));
+  joints.rest(1, y, false);
+  EXPECT_GT(joints.limit(1), limit);
+}
+
 // 20 N on a carriage with 9.81 N of friction and 14.7 N of breakaway: 9.81 N more at the same time hold it,
 // whether they are given before its state or after.
 TEST(StickSlip, AForceAtTheStartHoldsWhateverWasDecidedBefore) {

@@ -14,6 +14,7 @@
 #include "ode/integrator.h"
 #include "ode/methods.h"
 #include "ode/rosenbrock.h"
+#include "ode/switches.h"
 #include "test_system.h"
 
 namespace planar_chain::ode {
@@ -373,6 +374,32 @@ TEST(AdaptiveSteps, EndIfASeriesOverflows) {
   const auto integrator = makeMethod("taylor", f, 0, {1e-8, Eigen::ArrayXd::Constant(3, 1)});
   EXPECT_EQ(integrator->integrate(state, 1, 100), Outcome::notFinite);
   EXPECT_EQ(state.t, 0);
+}
+
+/// A switch that is due wherever f is, whatever is switched.
+struct Always : Switches {
+  double due(double /*t*/, const Eigen::VectorXd& /*y*/) const override { return 1; }
+  double nearest(const Stretch& /*of*/) const override { return -1; }
+};
+
+TEST(Landing, MakesNoStepFromWhereASwitchIsDueAndGivesUpIfThatDoesNotEnd) {
+  const Always always;
+  test::TestSystem f;
+  const auto method =
+      landingOnSwitches(makeMethod("dopri5", f, 0, {1e-8, Eigen::ArrayXd::Constant(3, 1)}), always, f);
+  State state = testStart();
+  state.t = 0.5;
+  const State before = state;
+  int switches = 0;
+  Outcome outcome;
+  while ((outcome = method->advance(state, 1, 1)) == Outcome::switched && switches < 5000) {
+    ++switches;
+    method->passSwitch();
+  }
+  EXPECT_EQ(outcome, Outcome::endless);
+  EXPECT_GT(switches, 1000);
+  EXPECT_EQ(state.t, before.t);
+  EXPECT_EQ(state.y, before.y);
 }
 
 TEST(FixedSteps, StopAtTheLastFiniteState) {

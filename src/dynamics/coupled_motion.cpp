@@ -157,15 +157,15 @@ bool CoupledMotion::hold(double t, double* y) {
   return any;
 }
 
-void CoupledMotion::settle(double t, double* y) {
-  // Rounding, of 1 + |y|. Near a pose in which the held joints let no motion pass it takes more, and energy.
-  constexpr double rounding = 1e-10;
-  hold(t, y);
-  if (!closure_ || isStretched(t, y)) return;
+void CoupledMotion::settle(double t, double* y, double most) {
+  if (!closure_) {
+    hold(t, y);
+    return;
+  }
   std::copy_n(y, 2 * n_, settled_.begin());
-  if (!closure_->project(held_, settled_.data(), nullptr)) return;
+  if (!project(t, settled_.data(), nullptr)) return;
   const Eigen::Map<const Eigen::ArrayXd> before(y, 2 * n_), after(settled_.data(), 2 * n_);
-  if (((after - before).abs() <= rounding * (1 + before.abs())).all()) std::copy_n(after.data(), 2 * n_, y);
+  if (((after - before).abs() <= most * (1 + before.abs())).all()) std::copy_n(after.data(), 2 * n_, y);
 }
 
 bool CoupledMotion::project(double t, double* y, double* carry) {

@@ -107,7 +107,7 @@ class CoupledMotion final : private Mechanics {
   /// What couples at t.
   const Couplings& given(double t);
   JointAnswer answer(double t, const double* y) override;
-  void settle(double t, double* y) override;
+  void settle(double t, double* y, double most) override;
   void forget(bool holds) override;
   bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }
   void runWelded(double t, const double* y, Evaluation& to);

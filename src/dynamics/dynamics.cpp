@@ -76,9 +76,6 @@ void Dynamics::enterState(double t, const double* y) {
 void Dynamics::change(double t, double* y, const ode::Crossing& found) {
   if (coupled_) coupled_->prepareChange();
   effects_.change(t, y, found);
-  // A joint that comes to rest takes the others with it: what is left of its rate is no rounding at coarse
-  // tolerances, and would grow from switch to switch.
-  if (holdsTip()) coupled_->project(t, y, nullptr);
   switched();
 }
 

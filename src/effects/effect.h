@@ -63,9 +63,10 @@ class Mechanics {
   /// Call it after a joint changes the direction in which it slides; with `holds` after joints stick or break
   /// loose.
   virtual void forget(bool holds) = 0;
-  /// Puts held joints where they are at t, exactly, and moves the others to where a held tip is, if that
-  /// takes no more than rounding.
-  virtual void settle(double t, double* y) = 0;
+  /// Puts held joints where they are at t, exactly, and moves the others to where a held tip is. If that
+  /// changes a component by more than `most`, of 1 + |y|, it changes nothing. Without a held tip it moves the
+  /// held joints alone, however far.
+  virtual void settle(double t, double* y, double most) = 0;
   /// True if held joints and a held tip leave the motion undetermined, to rounding.
   virtual bool isStretched(double t, const double* y) = 0;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "effects/complementarity.h"
@@ -101,8 +102,15 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     }
     if (anyChanges) take();
     if (isClosed_ && anyChanges) passDeadCentres(t, y);
-    mechanics_->settle(t, y);
+    // To hold all resting joints takes more near a pose in which they let no motion pass, and energy.
+    constexpr double rounding = 1e-10, any = std::numeric_limits<double>::infinity();
+    mechanics_->settle(t, y, rounding);
     decide(t, y);
+    // Those that stick take the others with them.
+    if (!isClosed_) return;
+    do {
+      mechanics_->settle(t, y, any);
+    } while (followRates(t, y));
   }
   double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }
   double nearest(const ode::Stretch& of) const override { return instant_.nearest(of); }
@@ -143,6 +151,21 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     }
     take();
   }
+  /// The joints that start against the rates that they have slide as they move, until they rest again.
+  /// Returns false if there are none; else decides for the others.
+  bool followRates(double t, const double* y) {
+    const std::size_t before = atRest_.size();
+    const auto isAgainst = [&](const RestingJoint& one) {
+      if (!joints_.slides(one.joint) || joints_.slideDue(one.joint, y + n_) <= 0) return false;
+      joints_.slide(one.joint, y + n_);
+      return true;
+    };
+    atRest_.erase(std::remove_if(atRest_.begin(), atRest_.end(), isAgainst), atRest_.end());
+    if (atRest_.size() == before) return false;
+    take();
+    decide(t, y);
+    return true;
+  }
   /// Decides for all joints at rest.
   void decide(double t, const double* y) {
     instant_.forget();
@@ -153,7 +176,8 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     if (joints_.stuck().empty()) return;
     const double* moments = instant_.momentsAt(t, y);
     for (const RestingJoint& one : atRest_) {
-      if (one.direction == 0 && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
+      // Any other that bears too much is due at once.
+      if (one.isHeld && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
     }
   }
   /// Loosens one of the stuck joints, if they leave the motion undetermined.
@@ -215,6 +239,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         const double start = one.direction * coordinates_.relative(answer.accelerations, one.joint);
         one.wrong = -start - least;
         one.start = start / joints_.leastStart(one.joint);
+        joints_.startWith(one.joint, start, least);
       }
     }
   }

@@ -17,6 +17,10 @@ constexpr double never = -1e300;  // rad/s: no rate exceeds it
 constexpr double accuracy = 0.01;
 /// The same where c Y is below `weak` tolerances a second: a thousand such joints stick and slide with less.
 constexpr double accuracyOfWeak = 0.1, weak = 1e4;
+/// A start with so many times what the band or rounding may hide is no error of the torque. With 10, joints
+/// of open chains stick and slide by turns. Without a bound, errors of rates in closed ones let bands grow
+/// until they held any torque.
+constexpr double clear = 1000;
 /// Friction that changes no rate by more than this share of the tolerance in a second is left out. Rounding
 /// of the joint's moment would decide whether it sticks.
 constexpr double negligible = 0.1;
@@ -58,6 +62,7 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
   unit_.head(chain.slides()) = chain.reach();
   never_.setConstant(n_, never);
   isLoose_.setConstant(n_, false);
+  startsClearly_.setConstant(n_, false);
   moments_.setZero(n_);
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[index(i)];
@@ -123,7 +128,7 @@ void StickSlip::enter(int joint, const double* y) {
   direction_[joint] = (rate > 0) - (rate < 0);
   angle_[joint] = coordinates_.relative(y, joint);
   band_[joint] = ownBand(joint);
-  isLoose_[joint] = false;
+  isLoose_[joint] = startsClearly_[joint] = false;
   push_[joint] = 0;
 }
 
@@ -131,7 +136,7 @@ void StickSlip::rest(int joint, const double* y, bool passes) {
   const double angle = coordinates_.relative(y, joint);
   const double inner = coordinates_.isDifference(joint) ? std::abs(y[joint - 1]) : 0;
   const bool hasMoved = std::abs(angle - angle_[joint]) > 8 * epsilon * (std::abs(y[joint]) + inner);
-  band_[joint] = hasMoved ? ownBand(joint) : 4 * band_[joint];
+  band_[joint] = hasMoved || startsClearly_[joint] ? ownBand(joint) : 4 * band_[joint];
   direction_[joint] = passes ? -direction_[joint] : 0;
   angle_[joint] = angle;
 }
@@ -147,6 +152,10 @@ void StickSlip::start(int joint, double direction) {
   push_[joint] = 0;
 }
 
+void StickSlip::startWith(int joint, double start, double rounded) {
+  startsClearly_[joint] = start > clear * (leastStart(joint) + rounded);
+}
+
 void StickSlip::loosen(int joint, double push) {
   isLoose_[joint] = true;
   push_[joint] = push;
@@ -154,6 +163,7 @@ void StickSlip::loosen(int joint, double push) {
 
 void StickSlip::slide(int joint, const double* omega) {
   start(joint, coordinates_.relative(omega, joint) > 0 ? 1 : -1);
+  startsClearly_[joint] = true;
 }
 
 void StickSlip::holdAt(int joint, double moment, double widening) {

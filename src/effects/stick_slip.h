@@ -19,10 +19,11 @@
 /// reach; and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller. (I of a
 /// point mass: stick_slip.cpp.) So what a joint misses that the band holds for T is less than a T²/2. Between
 /// long stretches that stick, ∂q̈/∂μ may be 1e8 times smaller: a joint that breaks loose there and starts with
-/// far less than a is held by a wider band. If a joint breaks loose and comes to rest again without its angle
-/// moving by more than rounding, its torque was not known to be larger: its band becomes four times as wide.
-/// So a joint cannot stick and slide by turns where it does not move, whatever rounding does. A joint that
-/// moves gets its own band back.
+/// far less than a is held by a wider band. If a joint breaks loose with less than 1000 a (or 1000 roundings
+/// of q̈) and comes to rest again without its angle moving by more than rounding, its torque was not known to
+/// be larger: its band becomes four times as wide. So a joint cannot stick and slide by turns where it does
+/// not move, whatever rounding does, and bears no torque that would start it clearly. A joint that moves gets
+/// its own band back.
 ///
 /// A joint whose breakaway torque changes no rate by more than a tenth of the tolerance in a second, c Y <
 /// 0.1 tolerance/s, has no friction here: it would change the motion by less than the tolerance allows.
@@ -104,6 +105,8 @@ class StickSlip {
   void stay(int joint, const double* y);
   /// Of a joint at rest: 0, it sticks; else it starts.
   void start(int joint, double direction);
+  /// A joint starts with this |q̈|, of which rounding may give `rounded`, rad/s².
+  void startWith(int joint, double start, double rounded);
   /// Of a stuck joint. push: the direction against which it bears its friction; 0: none.
   void loosen(int joint, double push);
   /// A loose joint slides as it moves.
@@ -129,7 +132,7 @@ class StickSlip {
   Numbers band_;                 ///< N m
   Numbers direction_;            ///< of q̇; 0: stuck, or no friction
   Numbers never_;                ///< 0 if it slides, else far below 0
-  Eigen::Array<bool, Eigen::Dynamic, 1> isLoose_;
+  Eigen::Array<bool, Eigen::Dynamic, 1> isLoose_, startsClearly_;
   Numbers push_;             ///< of a loose joint, else 0
   Numbers angle_;            ///< where it was at rest last, from body to body
   Eigen::VectorXd moments_;  ///< on the bodies, N m

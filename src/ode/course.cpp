@@ -87,9 +87,10 @@ void Course::findRates() const {
   const auto byRates = h_ / 2 * (v0 + v1) + change;
   const auto size = start_.state.y.head(n_).array().abs() + end_.state.y.head(n_).array().abs();
   turn_ = ((turn_.array() - byRates).abs() <= rounding * size).select(byRates, turn_.array());
-  // A projection moves every angle by the rounding of the largest, or by more.
+  // A projection moves every place by some rounding of the largest, and by more than that. In so short a step
+  // that the change of α turns nothing, the rates alone tell the turn, too.
   if (f_.freedoms() == f_.size()) return;
-  turn_ = (change.abs() <= rounding * size.maxCoeff()).select(byRates, turn_.array());
+  turn_ = (change.abs() <= rounding * (1 + size.maxCoeff())).select(byRates, turn_.array());
 }
 
 void Course::findBend() const {

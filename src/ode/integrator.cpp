@@ -96,6 +96,7 @@ class LandingOnSwitches : public StepsOf {
         f_(f),
         course_(f),
         landsByCourse_(f.positions() > 0),
+        mostSwitches_(1000 + 10 * f.size()),  // far more than all joints need to stick or slide
         before_(f.arrangedSize()),
         trial_(before_) {
     from_.y.resize(f.size());
@@ -106,9 +107,10 @@ class LandingOnSwitches : public StepsOf {
   void restartAfter(Change change) override {
     if (change == Change::all) {
       usual_ = infinity;
-      switchedAt_ = -infinity;
+      switchedAt_ = stoodAt_ = -infinity;
     }
     course_.forget();
+    hasChanged_ = true;
     const bool isBend = change == Change::stiffness && crossing_.by;
     const Change bend = crossing_.changesStiffness ? Change::stiffBend : Change::bend;
     steps_->restartAfter(isBend ? bend : change);
@@ -123,11 +125,15 @@ class LandingOnSwitches : public StepsOf {
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
+    from_.t = before_.t;
+    f_.restore(before_.y.data(), from_.y.data());
+    if (std::exchange(hasChanged_, false) && switches_.due(from_.t, from_.y) > 0) {
+      crossing_ = {};
+      return switchAt(from_.t);
+    }
     if (crossing_.by) course_.begin(before_);  // the step needs it, too
     const Outcome outcome = steps_->advance(state, end, std::min(longestStep, longest(state.t)));
     if (hasFailed(outcome)) return outcome;
-    from_.t = before_.t;
-    f_.restore(before_.y.data(), from_.y.data());
     f_.endedAt(state);
     evaluate(state, ahead_.front());
     if (course_.isPossible()) course_.take(before_, state, steps_->pieces() > 1 ? steps_.get() : nullptr);
@@ -143,7 +149,8 @@ class LandingOnSwitches : public StepsOf {
         found = land(state);
       }
     }
-    if (found == Outcome::notFinite) state = before_;
+    if (found == Outcome::switched) found = switchAt(state.t);
+    if (hasFailed(found)) state = before_;
     return found;
   }
 
@@ -303,6 +310,16 @@ class LandingOnSwitches : public StepsOf {
     }
   }
 
+  /// Returns `switched`, unless too many switches came since time last passed.
+  Outcome switchAt(double t) {
+    constexpr double nothing = 1e-12;  // of t
+    if (t - stoodAt_ > nothing * std::abs(t)) {
+      stoodAt_ = t;
+      switchesThere_ = 0;
+    }
+    return ++switchesThere_ > mostSwitches_ ? Outcome::endless : Outcome::switched;
+  }
+
   void countBend(double t) {
     const double passed = t - std::exchange(switchedAt_, t);
     usual_ = std::isfinite(usual_) ? (memory * usual_ + passed) / (memory + 1) : passed;
@@ -356,6 +373,10 @@ class LandingOnSwitches : public StepsOf {
   double usual_ = infinity;        ///< time between bends, s
   double switchedAt_ = -infinity;  ///< the last one, s
   Crossing crossing_;              ///< the last one
+  bool hasChanged_ = true;         ///< f or the state: a switch may be due where the next step starts
+  double stoodAt_ = -infinity;     ///< when time last passed, s
+  int switchesThere_ = 0;          ///< since then
+  const int mostSwitches_;
   State before_, trial_;
   Place from_{}, found_{};
   std::array<Place, 12> ahead_;  ///< the nearest last; deeper cuts make no sense

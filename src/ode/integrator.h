@@ -20,11 +20,12 @@ enum class Outcome {
   switched,      ///< as underway, and f changes here: see switches.h
   notFinite,     ///< the next step is not finite, however short it is
   undetermined,  ///< a projection moves the state by far more than the tolerance: see projected_steps.h
+  endless,       ///< switches follow each other, and time does not pass
   stepTooSmall,  ///< the tolerance needs steps below the spacing of the numbers at t, or at 1 s
 };
 
 inline bool hasFailed(Outcome outcome) {
-  return outcome == Outcome::notFinite || outcome == Outcome::undetermined ||
+  return outcome == Outcome::notFinite || outcome == Outcome::undetermined || outcome == Outcome::endless ||
          outcome == Outcome::stepTooSmall;
 }
 

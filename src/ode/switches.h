@@ -10,7 +10,9 @@
 /// It happens at the first time t* after which due() is positive, so it belongs to the interval that it
 /// begins: a step covers (t_0, t_1] with the f of before, and has switched if due() > 0 at t_1 or at a place
 /// within that nearest() finds. At t_0 no switch is due. change() restores this: after it, due() ≤ 0
-/// everywhere.
+/// everywhere. This is checked where a step starts after a change, at a state at which the step needs f
+/// anyway: if a switch is due, advance() returns `switched` at once, and no step is made. If switches follow
+/// each other and time does not pass, it gives up with `endless`.
 ///
 /// The order of calls for one step:
 ///

@@ -114,6 +114,8 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
   char why[200] = "the motion leaves the finite numbers";
   if (outcome == ode::Outcome::stepTooSmall) {
     std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
+  } else if (outcome == ode::Outcome::endless) {
+    std::snprintf(why, sizeof why, "joints stick and slide, or stops are hit, by turns without end");
   } else if (outcome != ode::Outcome::notFinite) {
     std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", gap);
   }
