@@ -17,6 +17,12 @@ namespace {
 
 using test::randomScene;
 
+Chain withRotors(const Chain& chain, double J) {
+  std::vector<Joint> joints = chain.joints();
+  for (Joint& joint : joints) joint.others = {{"rotor_inertia", J}};
+  return {chain.links(), joints, chain.gravity()};
+}
+
 struct Case {
   Scene scene;
   int link;
@@ -26,7 +32,9 @@ struct Case {
   Kane kane;
   Eigen::MatrixXd J;  ///< 2×n: v_X = J q̇
 
-  explicit Case(int n) : scene(randomScene(n, 300 + static_cast<unsigned>(n))) {
+  /// rotors: J of each joint, kg m².
+  explicit Case(int n, double rotors = 0) : scene(randomScene(n, 300 + static_cast<unsigned>(n))) {
+    scene.chain = withRotors(scene.chain, rotors);
     test::Random random(static_cast<unsigned>(n));
     link = random.index(n);
     point = random.vector(1);
@@ -59,6 +67,35 @@ TEST(Pull, MobilityIsThatOfTheDenseMatrices) {
     EXPECT_NEAR(c.motion.mobility.xy, alongX.y(), 1e-10 * alongX.norm()) << n;
     EXPECT_NEAR(c.motion.mobility.yy, alongY.y(), 1e-10 * alongY.norm()) << n;
   }
+}
+
+TEST(Pull, MobilityHasTheRotors) {
+  // 1e-12, though n is larger: with rotors the condition of M_q is below 1e3.
+  for (const double J : {1., 100.}) {
+    for (int n = 1; n <= 20; ++n) {
+      const Case c(n, J);
+      const Eigen::Vector2d alongX = c.added({1, 0}), alongY = c.added({0, 1});
+      EXPECT_NEAR(c.motion.mobility.xx, alongX.x(), 1e-12 * alongX.norm()) << n;
+      EXPECT_NEAR(c.motion.mobility.xy, alongX.y(), 1e-12 * alongX.norm()) << n;
+      EXPECT_NEAR(c.motion.mobility.yy, alongY.y(), 1e-12 * alongY.norm()) << n;
+    }
+  }
+}
+
+/// Rotors of a chain behind slides.
+TEST(Pull, MobilityHasTheRotorsOfAChainOnACart) {
+  const Scene scene = readSceneText(
+      "chain: [cart, rod, tool]\nlinks:\n  cart: {mass: 2, joint: {type: prismatic, axis: [1, 0.4]}}\n"
+      "  rod: {mass: 1, inertia: 0.1, com: [0.4, 0.1], pin: [0.9, 0], joint: {rotor_inertia: 5}}\n"
+      "  tool: {mass: 0.4, inertia: 0.02, com: [0.2, 0], pin: [0.5, 0], joint: {rotor_inertia: 0.3}}\n");
+  const Eigen::Vector3d q(0.3, 0.7, -0.4), qd(0, 0, 0);
+  const Kane k = kane(scene.chain, q, qd, activeForces(scene, 0, q, qd));
+  const Eigen::MatrixXd J = k.V_pd.middleCols(4, 2).transpose();  // of the tool's centre of mass
+  const Eigen::Matrix2d wanted = J * k.M_q.ldlt().solve(J.transpose());
+  const Sym2<double> found = Pull(scene.chain).motionOf(q.data(), qd.data(), 2, {0.2, 0}).mobility;
+  EXPECT_NEAR(found.xx, wanted(0, 0), 1e-12);
+  EXPECT_NEAR(found.xy, wanted(0, 1), 1e-12);
+  EXPECT_NEAR(found.yy, wanted(1, 1), 1e-12);
 }
 
 /// The point, its velocity and mobility turn with the base.
@@ -147,6 +184,23 @@ TEST(Pull, ForceAddsTheAccelerationOfCriticalDamping) {
   EXPECT_LT(bounded, 20);
 }
 
+/// A uniform rod with a rotor is bounded as a rod that has its inertia and the rotor's.
+TEST(Pull, RodWithARotorIsBoundedAsAHeavierRod) {
+  constexpr double J = 8;
+  const Link rod{"rod", 3, 1, {1, 0}, {2, 0}};
+  const Link heavier{"rod", 3 + 3 * J / 4, 1 + J / 4, {1, 0}, {2, 0}};
+  const Chain chain = withRotors({{rod}, {{"pin"}}, {}}, J), alike({heavier}, {{"pin"}}, {});
+  Pull pull(chain), other(alike);
+  const double q = 0.4, qd = 0.3;
+  const Vec2d target{1, 2};
+  for (const double x : {0.5, 2.}) {
+    const Vec2d wanted = other.force(other.motionOf(&q, &qd, 0, {x, 0}), target, 10);
+    const Vec2d force = pull.force(pull.motionOf(&q, &qd, 0, {x, 0}), target, 10);
+    EXPECT_NEAR(force.x, wanted.x, 1e-12 * length(wanted));
+    EXPECT_NEAR(force.y, wanted.y, 1e-12 * length(wanted));
+  }
+}
+
 TEST(Pull, RodIsBoundedAlongItselfAndLightAcross) {
   // J = I + m r² = 1 about the pin: at 2 m it weighs 1/4 kg across.
   const Chain chain({{"rod", 3, 0.25, {0.5, 0}, {2, 0}}}, {{"pin"}}, {});
@@ -160,10 +214,10 @@ TEST(Pull, RodIsBoundedAlongItselfAndLightAcross) {
   EXPECT_NEAR(force.y, 0.25 * 100, 1e-13);
 }
 
-TEST(Pull, PointComesToItsPlaceAsFastAsItCanWithoutPassing) {
-  // Ten links without gravity, the tip drawn 0.02 m aside from rest, the force anew each millisecond: the
-  // exact solution d (1 − (1 + ωt) exp(−ωt)), but for the force that is held and what the chain does
-  // meanwhile.
+/// Ten links without gravity, the tip drawn 0.02 m aside from rest, the force anew each millisecond: the
+/// exact solution d (1 − (1 + ωt) exp(−ωt)), but for the force that is held and what the chain does
+/// meanwhile.
+void expectCriticalDamping(double rotors) {
   constexpr double pulsation = 10, d = 0.02, tick = 1e-3;
   std::vector<Link> links;
   std::vector<Joint> joints;
@@ -174,7 +228,7 @@ TEST(Pull, PointComesToItsPlaceAsFastAsItCanWithoutPassing) {
     scene.q.push_back(i % 2 == 0 ? 0.6 : -0.6);
     scene.qd.push_back(0);
   }
-  scene.chain = Chain(links, joints, {});
+  scene.chain = withRotors({links, joints, {}}, rotors);
   Simulation simulation(scene, 16);
   Pull pull(scene.chain);
   const Vec2d tip{1, 0};
@@ -193,6 +247,15 @@ TEST(Pull, PointComesToItsPlaceAsFastAsItCanWithoutPassing) {
   }
   EXPECT_LT(farthest, 1.001 * d);
   EXPECT_GT(farthest, 0.999 * d);
+}
+
+TEST(Pull, PointComesToItsPlaceAsFastAsItCanWithoutPassing) {
+  expectCriticalDamping(0);
+}
+
+/// Rotors that are 60 times the inertia of a link about its pin.
+TEST(Pull, PointDoesSoWithLargeRotors) {
+  expectCriticalDamping(20);
 }
 
 }  // namespace

@@ -8,21 +8,25 @@
 ///
 ///     Λ⁻¹ = J M_q⁻¹ Jᵀ,   v_X = J q̇              1/m_eff = u·Λ⁻¹ u
 ///
-/// The columns of Λ⁻¹ take O(n): they are the accelerations of X in the chain at rest without gravity, under
-/// a force of 1 N along x and along y. A mass m on a spring m ω² with a damper 2 m ω comes to rest soonest
-/// without overshoot. So, with d from X to the target,
+/// M_q contains the rotors. The columns of Λ⁻¹ take O(n): they are the accelerations of X in the chain at
+/// rest without gravity, under a force of 1 N along x and along y. A mass m on a spring m ω² with a damper 2
+/// m ω comes to rest soonest without overshoot. So, with d from X to the target,
 ///
 ///     F = Λ (ω² d − 2 ω v_X)                      adds ω² d − 2 ω v_X to the acceleration of X
 ///
-/// Along an axis of Λ⁻¹ the effective mass may exceed that of the whole chain; along a taut chain it is
-/// infinite. There the mass of the chain is used instead. So the force is bounded, and the damping is less
-/// than critical.
+/// Along a taut chain the effective mass is infinite. Along each axis of Λ⁻¹ it is replaced by this bound if
+/// it exceeds it: the mass of the chain and of rods that have the inertia J of the rotors within X,
+///
+///     Σ m_i + Σ 3 J_i/l_i²          l_i² = max(|p^i|², 3 (I_i/m_i + |r^i|²)), the length of a uniform link
+///
+/// So the force is bounded. There the damping is less than critical.
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "dynamics/inner_end.h"
+#include "effects/effect_kind.h"
 #include "lanes/coupled_chain.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
@@ -41,6 +45,7 @@ struct PointMotion {
   Vec2d velocity;           ///< m/s
   Rotation<double> turn;    ///< of the link
   Sym2<double> mobility{};  ///< Λ⁻¹, 1/kg
+  double mostMass = 0;      ///< the bound of the effective mass, kg
 };
 
 class Pull {
@@ -48,12 +53,18 @@ class Pull {
   /// The chain must outlive this object.
   explicit Pull(const Chain& chain)
       : chain_(chain), recursion_(chain.withoutSlides()), joints_(index(chain.size())) {
-    recursion_.couple(joints_.data());
     const auto n = index(chain.size());
     for (auto* numbers : {&theta_, &omega_, &still_, &N_, &alpha_, &moments_}) numbers->resize(n);
     e_.resize(index(ShortChain::roomFor(chain.size())));
     F_.resize(n);
-    for (const Link& link : chain.links()) mass_ += link.mass;
+    double mass = 0;
+    for (const Link& link : chain.links()) mass += link.mass;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double J = joints_[i].rotor = inertiaIn(chain.joints()[i]);
+      if (J > 0) mass += 3 * J / squareOfLength(chain.links()[i]);
+      mostMass_.push_back(mass);
+    }
+    recursion_.couple(joints_.data() + chain.slides());
   }
 
   /// Returns the motion of a point of a link, with the base at rest at 0. q, qd: relative angles (rad) and
@@ -76,6 +87,7 @@ class Pull {
     }
     motion.turn = e_[index(link)];
     motion.mobility = mobility(link, {});
+    motion.mostMass = mostMass_[index(link)];
     return motion;
   }
   /// Returns it with a base that moves. angles: absolute, rad, n; the angle of a slide is that of the base.
@@ -87,7 +99,7 @@ class Pull {
     const auto turn = Rotation<double>::of(angles[link]);
     const Vec2d arm = turn * (point - chain_.links()[index(link)].com);
     return {centre.place + arm, centre.velocity + centre.omega * perp(arm), turn,
-            mobility(link, Rotation<double>::of(base))};
+            mobility(link, Rotation<double>::of(base)), mostMass_[index(link)]};
   }
 
   /// Returns F on that point, N. pulsation: ω, rad/s, > 0.
@@ -96,12 +108,16 @@ class Pull {
     const auto [inverse, axis] = eigen(point.mobility);  // 1/m along each axis of Λ⁻¹
     Vec2d force;
     for (const std::size_t i : {0, 1}) {
-      force += (dot(axis[i], wanted) / std::fmax(inverse[i], 1 / mass_)) * axis[i];
+      force += (dot(axis[i], wanted) / std::fmax(inverse[i], 1 / point.mostMass)) * axis[i];
     }
     return force;
   }
 
  private:
+  /// l² of a link. It is > 0: a point mass on both of its pins is no link of a Chain.
+  static double squareOfLength(const Link& link) {
+    return std::fmax(dot(link.pin, link.pin), 3 * (link.inertia / link.mass + dot(link.com, link.com)));
+  }
   /// Λ⁻¹ of a chain whose rails are turned by this.
   Sym2<double> mobility(int link, Rotation<double> turn) {
     const Rotation<double> back{turn.c, -turn.s};
@@ -131,10 +147,10 @@ class Pull {
   }
 
   const Chain& chain_;
-  double mass_ = 0;  ///< of the chain, kg
   CoupledChain recursion_;
   std::vector<Coupling<double>> joints_;
-  Vec2d arm_;  ///< from the link's inner pin to the point, base frame
+  std::vector<double> mostMass_;  ///< of points of each link, kg
+  Vec2d arm_;                     ///< from the link's inner pin to the point, base frame
   std::vector<Rotation<double>> e_;
   std::vector<double> theta_, omega_, still_, N_, alpha_, moments_;
   std::vector<Vec2d> F_;
