@@ -83,6 +83,24 @@ class Numbers(unittest.TestCase):
         for path, value in true.items():
             self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-5, msg=path)
 
+    def test_a_rest_that_alone_shows_a_number_is_fitted(self):
+        loads = {"touch": {"joint": "lower_joint", "torque": 0.05, "start": 0.3, "stop": 0.8},
+                 "push": {"joint": "upper_joint", "torque": 12.0, "start": 5.4, "stop": 5.7}}
+        damped = DOUBLE.with_values({"links/upper/joint/damping": 0.5, "links/lower/joint/damping": 0.5})
+        scene, times = Scene({**damped.to_dict(), "loads": loads}), np.arange(0, 7, 0.01)
+        data = noisy(motion(scene, [-math.pi / 2, 0, 0, 0], times), 3)
+        first = {"loads/touch/torque": 0.03, DAMPING: 0.4}
+        result = fit(scene, data, first)
+        self.assertEqual(result.not_told, [])
+        self.assertRegex(" ".join(result.warnings), r"recording 1, 0 to 5\.\d+ s: a rest before the motion, fitted too, as it alone shows loads/touch/torque")
+        for path, truth in (("loads/touch/torque", 0.05), (DAMPING, 0.5)):
+            self.assertLess(abs(found(result)[path].value - truth), 4 * found(result)[path].deviation)
+        # One that the scene does not follow.
+        held = {**data, "q": np.where(times[:, None] < 5.3, np.array([-1.2, 0.4]), data["q"]) + 1e-3 * np.sin(50 * times)[:, None]}
+        result = fit(scene, held, first)
+        self.assertEqual(result.not_told, ["loads/touch/torque is not seen"])
+        self.assertRegex(" ".join(result.warnings), r"recording 1, 0 to 5\.\d+ s: a rest before the motion, left out, as the scene does not follow it")
+
     def test_an_arm_that_is_held_and_then_let_go(self):
         data, held = motion(PENDULUM, [-0.5, 0.0]), 100
         q = np.concatenate([np.full((held, 1), -0.5), data["q"]])
@@ -295,6 +313,15 @@ class Words(unittest.TestCase):
         result = fit(DOUBLE, noisy(motion(DOUBLE, fit_statistics.STARTS[0]), 5), ["links/lower/pin/0", COM])  # the tip carries nothing
         self.assertEqual(result.not_told, ["links/lower/pin/0 is not seen"])
         self.assertEqual(found(result)["links/lower/pin/0"].value, 1.0)
+
+    def test_a_number_may_be_0(self):
+        path = "links/lower/joint/rest_angle"
+        scene = DOUBLE.with_values({"links/lower/joint/stiffness": 20.0})
+        result = fit(scene.with_values({path: 0.1}), noisy(motion(scene, fit_statistics.STARTS[0]), 5, 5e-3), [path])
+        number = found(result)[path]
+        self.assertLess(abs(number.value), 4 * number.deviation)
+        self.assertLess(number.deviation, 1e-3)
+        self.assertEqual(result.not_told, [], number)
 
     def test_data_without_any_error_do_not_tell_what_is_not_seen(self):
         turning, t = Scene({"chain": ["rod"], "gravity": [0, 0], "links": {"rod": ROD}}), np.arange(32) / 16

@@ -59,7 +59,7 @@ def mistakes(solver, scene, problem, states):
     for recording in problem.recordings:
         if np.median(np.diff(recording.t)) >= SLOW:
             said.append(f"{recording.name}: its samples are {np.median(np.diff(recording.t)):.3g} s apart: t has to be in s")
-        elif recording.rested > LONG_REST and not recording.loads and not has_laws(problem.values):
+        elif recording.rest and not recording.loads and not has_laws(problem.values):
             said.append(f"{recording.name} moves from rest, but has no command and no torque: was one left out (commands_taken in a bag, "
                         "tau_<joint>, --effort)?")
     if said:

@@ -13,9 +13,9 @@ import numpy as np
 from .solve import FAILED, LEAST_NOISE, LOSS, NARROW, STEEPEST, until_steep
 from .varied import NOT_ZERO
 
-TINY = 1e-3  # of its scale: relative deviations of smaller numbers are in scales
 UNLIKELY, LAGS = 4.0, 10  # deviations: a correlation within them counts as none; samples apart
-NOT_TOLD = 0.5  # a direction whose relative deviation is above it
+NOT_TOLD = 0.5  # a direction whose deviation is above it, in sizes: of a number its value, or if that is less its scale. A number may be 0
+SMALL = 0.1  # a part of a direction that is left out
 WIDTH, STEEP = 3e-6, 500.0  # of the differences of a Jacobian whose largest entry is STEEP, rad. A steeper one, of a chaotic motion,
 # has narrower ones
 ROUNDED = (np.finfo(float).eps / LEAST_NOISE) ** 2  # the square of a residual that is rounded: without any, none could be divided by
@@ -72,7 +72,7 @@ class Deviations:
         self.scales = np.array([number.scale for number in self.numbers])
         many = len(self.numbers)
         self.values = solution.x[:many] * self.scales
-        self.sizes = np.where(abs(self.values) > TINY * self.scales, abs(self.values), self.scales)
+        self.sizes = np.maximum(abs(self.values), self.scales)
         self._jacobian = jacobian / self.spread
         self._find_directions(samples, (jacobian - other) / self.spread)
         information = self._jacobian.T @ self._jacobian
@@ -84,6 +84,11 @@ class Deviations:
     def deviations(self):
         """Of the numbers, in their units."""
         return np.sqrt(np.maximum(np.diag(self.covariance)[:len(self.numbers)], 0)) * self.scales
+
+    @property
+    def open(self):
+        """The paths of the numbers in the directions that are not seen."""
+        return [number.path for number, size in zip(self.numbers, np.linalg.norm(self.lost, axis=0)) if size > SMALL]
 
     @property
     def correlations(self):

@@ -15,8 +15,8 @@ from .deviations import Deviations
 from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
-from .recordings import (BadFit, Recording, from_arrays, is_number, long_enough, moved_loads, read_csv, require_angles, require_motion,
-                         require_radians, require_samples)
+from .recordings import (LEAST_SAMPLES, BadFit, Recording, from_arrays, is_number, long_enough, moved_loads, read_csv, require_angles,
+                         require_motion, require_radians, require_samples)
 from .report import as_text
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .unread import ENDINGS
@@ -57,9 +57,9 @@ class Fit:
     numbers: a list of Found. scene: the Scene with their values. covariance: of the numbers, in their units. correlation_time: how many
     samples of a residual count as one. units: of each joint, rad or m. noise: the deviation of the residuals of each joint, robust.
     errors: for each recording its name and the root mean square residual of each joint until this time, s (until). states, offsets,
-    delays: of each recording; None for a delay that it does not determine. not_told, warnings: sentences. predictions: a list of
-    Prediction. converged, interrupted, reason. pair: the two numbers that hang together most, or None. bad: why the model does not
-    follow the data, or empty."""
+    delays: of each recording; None for a delay that it does not determine. not_told, warnings: sentences. open: the paths of the
+    numbers that the data do not determine, in so many combinations. predictions: a list of Prediction. converged, interrupted, reason.
+    pair: the two numbers that hang together most, or None. bad: why the model does not follow the data, or empty."""
 
     def __init__(self, scene, problem, solution):
         self.joints = problem.joints
@@ -75,6 +75,7 @@ class Fit:
         self.covariance = deviations.covariance[:many, :many] * np.outer(deviations.scales, deviations.scales)
         self.correlation_time, self.noise, self.pair = deviations.tau, solution.noise, deviations.most_correlated()
         self.not_told = not_told(deviations, scene.to_dict())
+        self.open, self.combinations = deviations.open, len(deviations.lost)
         self.recordings, self.angles = problem.recordings, problem.angles(solution.x, samples_of(problem.recordings, np.inf))
         parts = [problem.parts(solution.x, r) for r in range(len(self.recordings))]
         self.states = [problem.states(solution.x, r, [0])[0] for r in range(len(self.recordings))]
@@ -97,8 +98,10 @@ class Fit:
     def __repr__(self):
         return as_text(self)
 
-    def explain(self, scene, problem, states):
+    def explain(self, scene, problem):
         """Adds to a bad fit the likely mistakes."""
+        states = [first_state(one) for one in problem.recordings]
+
         def error(problem, states):
             return Solver(problem, states, (TRIAL,)).first_error()
         self.warnings = mistakes(error, scene, problem, states) + self.warnings
@@ -235,15 +238,10 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
         known = sum(int(np.isfinite(recording.q).sum()) for recording in data)
         if known <= problem.size:
             raise BadFit(f"--data: expected more angles than the {problem.size} unknowns, got {known}")
-        solution = Solver(problem, [first_state(one) for one in data], windows, progress).run()
-        try:
-            result = Fit(scene, problem, solution)
-        except KeyboardInterrupt:
-            solution.interrupted, solution.reason = True, "interrupted"
-            result = Fit(scene, problem, solution)
+        result = with_rests(solved(scene, problem, windows, progress), scene, problem, windows, progress)
         try:
             if result.bad and not result.interrupted:
-                result.explain(scene, problem, [first_state(one) for one in data])
+                result.explain(scene, Problem(scene, result.recordings, numbers, offsets, delay))
             delays = [one for one in result.delays if one is not None] if delay else []
             later = [delayed(one, float(np.mean(delays)) if delays else 0.0) for one in unseen]
             result.predictions = [] if result.interrupted else [predicted(result.scene, one, offsets, windows[0]) for one in later]
@@ -251,6 +249,36 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
             result.interrupted = True
         result.warnings += [one.cut for one in [*data, *unseen] if one.cut]
         return result
+
+
+def solved(scene, problem, windows, progress):
+    """The Fit of a problem; of the best so far after Ctrl-C."""
+    solution = Solver(problem, [first_state(one) for one in problem.recordings], windows, progress).run()
+    try:
+        return Fit(scene, problem, solution)
+    except KeyboardInterrupt:
+        solution.interrupted, solution.reason = True, "interrupted"
+        return Fit(scene, problem, solution)
+
+
+def with_rests(result, scene, problem, windows, progress):
+    """The Fit with the rests before the motions too, where these show what the motions leave open; else the result."""
+    rests = [one.rest for one in problem.recordings if one.rest and len(one.rest) >= LEAST_SAMPLES and one.rest.duration >= windows[0]]
+    if not rests or not result.open or result.interrupted:
+        return result
+    names, whole = ", ".join(one.name for one in rests), [*problem.recordings, *rests]
+    try:
+        more = solved(scene, Problem(scene, whole, problem.numbers, problem.has_offsets, problem.has_delay), windows, progress)
+    except BadFit:
+        return result
+    if more.bad and not result.bad and not more.interrupted:
+        result.warnings.append(f"{names}: a rest before the motion, left out, as the scene does not follow it")
+    elif more.combinations < result.combinations and not more.interrupted:
+        shown = [path for path in result.open if path not in more.open] or result.open
+        more.warnings.append(f"{names}: a rest before the motion, fitted too, as it alone shows {', '.join(shown)}")
+        return more
+    result.interrupted = more.interrupted
+    return result
 
 
 def delayed(recording, delay):

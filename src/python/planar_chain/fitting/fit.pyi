@@ -44,6 +44,8 @@ class Fit:
     delays: List[Optional[float]]
     not_told: List[str]
     warnings: List[str]
+    open: List[str]
+    combinations: int
     predictions: List[Prediction]
     converged: bool
     interrupted: bool

@@ -55,10 +55,10 @@ class Recording:
     """One motion without a break.
 
     t: s, N, the first is 0, increasing. q: rad, N × n in the scene's order of joints, NaN where nothing was measured. qd: rad/s, N × n or
-    None. loads: what acted, as entries of a scene's `loads`, in this t. start: t of the scene's own laws at t = 0, s. rested: s, the rest
-    that was cut before it. cut: words, if a number at its end may be cut off, or on what was left out. is_piece: of a bag with jumps."""
+    None. loads: what acted, as entries of a scene's `loads`, in this t. start: t of the scene's own laws at t = 0, s. rest: a Recording
+    of the rest that was cut before it, or None. cut: words, if a number at its end may be cut off, or on what was left out. is_piece: of a bag with jumps."""
 
-    rested, cut, is_piece = 0.0, "", False
+    rest, cut, is_piece = None, "", False
 
     def __init__(self, name, t, q, qd=None, loads=None, start=0.0):
         self.name, self.start, self.loads = name, float(start), dict(loads or {})
@@ -101,8 +101,9 @@ class Recording:
         if not len(moved) or self.t[moved[0]] < LONG_REST:
             return self
         begin = self.t[moved[0]] - (KEPT_REST if self.loads else 0.0)  # what moves without a load was held
-        moving = self.part(np.searchsorted(self.t, begin), len(self))
-        moving.rested = begin
+        first = np.searchsorted(self.t, begin)
+        moving = self.part(first, len(self))
+        moving.rest = self.part(0, first)
         return moving
 
     def part(self, first, last):
@@ -113,6 +114,7 @@ class Recording:
         part = Recording(name, self.t[first:last] - shift, self.q[first:last],
                          None if self.qd is None else self.qd[first:last], loads, self.start + shift)
         part.cut, part.is_piece = self.cut if last == len(self) else "", self.is_piece
+        part.rest = self.rest if first == 0 else None
         return part
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from .deviations import SMALL
 from .varied import value_at
 
-SMALL = 0.1  # a part of a direction that is left out
 ALONE = 0.9999  # the part of a number in the lost directions from which on it is lost by itself
 ORTHOGONAL = 0.03
 DIFFERENCE = 1e-6  # of a number, relative: half the digits are left for the slope
