@@ -17,5 +17,6 @@ done
 [ "$bag" = "$wanted" ] || echo "record: $wanted.bag is there already; recording to $bag.bag"
 trap : INT TERM  # ends the recorder, which is of the same process group; the check comes after it
 "$recorder" -O "$bag" "$@" || status=$?
+[ -z "${status:-}" ] || echo "record: the recorder failed with status $status, so $bag.bag is not complete, and the launch ends" >&2
 [ ! -e "$bag.bag" ] || PATH=/usr/bin:$PATH python3 "$(dirname "$0")/recorded" "$bag.bag" || status=$?
 exit "${status:-0}"

@@ -119,6 +119,26 @@ class Launch(unittest.TestCase):
         for name in ('encoder', 'imu'):
             self.assertGreater(topics['/planar_chain/' + name].message_count, 10)
 
+    def test_a_recorder_that_dies_ends_the_launch(self):
+        with tempfile.TemporaryDirectory() as folder, tempfile.NamedTemporaryFile('w', suffix='.launch') as around:
+            around.write('<launch><include file="$(find planar_chain)/launch/sim.launch"><arg name="rviz" value="false"/>'
+                         '<arg name="record" value="/proc/run"/></include></launch>')
+            around.flush()
+            killed = ('planar_chain', 'sim.launch', 'rviz:=false', 'record:=' + folder + '/run')
+            for arguments, status in ((killed, 137), ((around.name,), 1)):  # the second cannot write its bag
+                with subprocess.Popen(['roslaunch', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                      universal_newlines=True) as launch:
+                    try:
+                        if arguments == killed:
+                            self.states.wait_for_count(50)
+                            os.kill(pid_of('/record'), signal.SIGKILL)
+                        said = launch.communicate(timeout=LIMIT)[0]
+                    finally:
+                        launch.send_signal(signal.SIGINT)
+                self.assertIn('record: the recorder failed with status %d, so ' % status, said)
+                self.assertIn('REQUIRED process [record-', said)
+        rospy.delete_param('/planar_chain')
+
     def test_a_refused_scene_is_printed_once_and_ends_the_launch(self):
         def launch(text, *arguments):
             with tempfile.NamedTemporaryFile('w', suffix='.yaml') as scene, tempfile.NamedTemporaryFile('w', suffix='.launch') as around:
