@@ -724,9 +724,9 @@ loads:
         self.assertEqual(result.returncode, 3, result.stderr)
 
         # Its warning does not go into the bag, which has the number of standard error where that is closed.
-        command = f"{BIN}/simulate {self.path('scene.yaml')} --duration 1 --commands {self.path('in.bag')} --bag {self.path('out.bag')}"
+        command = BIN + "/simulate", self.path("scene.yaml"), "--duration", "1", "--commands", self.path("in.bag"), "--bag", self.path("out.bag")
         for closed in ("2>&-", ">&- 2>&-", "<&- >&- 2>&-"):
-            self.assertIn(subprocess.run(["bash", "-c", f"{command} {closed}"], stdout=subprocess.DEVNULL, check=False).returncode, (1, 3))
+            self.assertIn(subprocess.run(["bash", "-c", f'"$0" "$@" {closed}', *command], stdout=subprocess.DEVNULL, check=False).returncode, (1, 3))
             self.assertEqual(len(self.read("out.bag")["/joint_states"]), 300)
 
     def test_a_time_far_ahead_of_its_tick_is_not_gone_to(self):

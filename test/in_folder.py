@@ -1,4 +1,4 @@
-"""Tests that write files: each has a folder of its own, gone when it ends."""
+"""Tests that write files: each has a folder of its own, gone when it ends. Its name has a blank and an umlaut."""
 import os
 import tempfile
 import unittest
@@ -12,7 +12,7 @@ URDF = """<robot name="r"><link name="world"/>
 
 class InFolder(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
+        folder = tempfile.TemporaryDirectory(prefix="für Tests ")
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 

@@ -166,10 +166,10 @@ class Tools(InFolder):
         program = os.path.join(BIN, "equations")
         if "libasan" in subprocess.run(["ldd", program], stdout=subprocess.PIPE, universal_newlines=True).stdout:
             self.skipTest("the sanitizer ends the program first")
-        command = f"ulimit -v 60000; exec {program} {self.path('long.yaml')}"
         with open(self.path("long.yaml"), "w") as file:
             file.write(f"chain: [rod]\nlinks: {{rod: {ROD[:-1]}, repeat: 900}}}}\n")
-        result = subprocess.run(["bash", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+        result = subprocess.run(["bash", "-c", 'ulimit -v 60000; exec "$0" "$@"', program, self.path("long.yaml")],
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
         self.assertEqual((result.returncode, result.stderr), (1, "equations: there is not enough memory\n"))
 
     def test_neither_scene_nor_robot(self):
@@ -338,7 +338,7 @@ class Tools(InFolder):
     def test_a_limit_of_file_size_ends_the_run_in_words(self):
         self.run_tool("equations")  # writes the scene
         for option, out in (("--csv", "out.csv"), ("--bag", "out.bag"))[:2 if has_ros() else 1]:
-            run = subprocess.run(["bash", "-c", f"ulimit -f 8; exec {BIN}/simulate scene.yaml --duration 100 {option} {out}"],
+            run = subprocess.run(["bash", "-c", 'ulimit -f 8; exec "$0" "$@"', BIN + "/simulate", "scene.yaml", "--duration", "100", option, out],
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60, cwd=self.folder)
             self.assertEqual((run.returncode, run.stderr), (1, f"simulate: cannot write {out}: File too large\n"))
 
@@ -354,7 +354,7 @@ class Tools(InFolder):
         scene = self.path("scene.yaml")
         for tool, *arguments in (("equations", scene), ("equations", scene, "--json"), ("equations", scene, "--chain"),
                                  ("equations", "--help"), ("simulate", scene, "--duration", "0.1"),
-                                 ("simulate", scene, "--check"), ("simulate", "--help")):
+                                 ("simulate", scene, "--duration", "0.1", "--csv", "-"), ("simulate", scene, "--check"), ("simulate", "--help")):
             with open("/dev/full", "w") as full:
                 result = subprocess.run([os.path.join(BIN, tool), *arguments], stdout=full, stderr=subprocess.PIPE,
                                         universal_newlines=True, timeout=60)
@@ -376,6 +376,17 @@ class Tools(InFolder):
                     self.assertEqual(reader.stdout.read(), file.read())
             finally:
                 reader.kill()
+
+    def test_a_dash_is_standard_output(self):
+        command = "scene.yaml", "--duration", "0.1"
+        summary = self.run_tool("simulate", *command[1:], "--csv", self.path("out.csv")).stdout
+        rows = self.run_scene(*command, "--csv", "-")
+        with open(self.path("out.csv")) as file:
+            self.assertEqual((rows.returncode, rows.stdout, rows.stderr), (0, file.read(), summary))
+        os.remove(self.path("out.csv"))
+        for option in ("--bag", "--write-urdf"):
+            self.assert_refused(self.run_scene(*command, option, "-"), f"{option}: expected a file, as only --csv goes to standard output, got -\n")
+        self.assertEqual(os.listdir(self.folder), ["scene.yaml"])
 
     # ---- simulate: interrupted ---------------------------------------------------------------------
 
