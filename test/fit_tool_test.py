@@ -115,6 +115,7 @@ class Tool(InFolder):
             self.assertIn(words, result.stderr)
         for arguments, words in ((("--data", self.path("none.csv")), "none.csv: No such file"),
                                  (("--data", self.recording("single_0.csv"), "--plot", "x.txt"), "--plot: expected a name"),
+                                 (("--data", self.recording("single_0.csv"), "--output", "-"), "--output: expected a file, as standard output has"),
                                  (("--data", self.recording("single_0.csv"), "--vary", "links/arm/mass=0,5"), "0,5' (a decimal point, not a comma?)"),
                                  (("--data", self.recording("single_0.csv"), "--windows", "x"), "--windows"),
                                  (("--data", self.recording("single_0.csv"), "--windows", "0.3,1_0"), "--windows"),

@@ -339,7 +339,7 @@ class Tool(InFolder):
         self.assertIn("of the scene double_pendulum.", text)
         self.assertIn("kg m^2", text)
         self.assertNotIn("p->", self.tool("double_pendulum", "--format", "c", "--numbers"))
-        self.assertIn("function [M, f, qdd] = double_pendulum(t, q, qd, p)", self.tool("double_pendulum", "--format", "matlab"))
+        self.assertIn("function [M, f, qdd] = double_pendulum(t, q, qd, p)", self.tool("double_pendulum", "--format", "matlab", "--output", "-"))
         self.assertIn("def qdd(xp, t, q, qd):", self.tool("double_pendulum", "--format", "python", "--numbers"))
 
     def test_a_urdf_is_a_scene(self):

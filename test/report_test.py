@@ -279,7 +279,7 @@ class Arguments(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for arguments in ([], ["--quick"], ["--output"], ["--output", folder, "--fast"], ["--output", folder, "more"],
                               ["--output", folder, "--scenes", "nobody"], ["--output", folder, "--studies", "race,"],
-                              ["--output", "/dev/null/report"], ["--output", __file__], ["--output", ""]):
+                              ["--output", "/dev/null/report"], ["--output", __file__], ["--output", ""], ["--output", "-"]):
                 result = run(*arguments)
                 self.assertEqual((result.returncode, result.stdout), (2, ""), arguments)
                 self.assertNotEqual(result.stderr, "", arguments)

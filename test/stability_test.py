@@ -36,7 +36,7 @@ class Tool(unittest.TestCase):
 class Measured(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.result = run("--quick")
+        cls.result = run("--quick", "--csv", "-")
         cls.all_rows = list(csv.DictReader(cls.result.stdout.splitlines()))
 
     def rows(self, method, *families):

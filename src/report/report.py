@@ -140,9 +140,11 @@ def parse(scenes):
             parser.error(f"--{option}: expected some of {', '.join(known)}, got {','.join(names)}")
         setattr(arguments, option, names)
     folder = pathlib.Path(arguments.output)
+    is_good = arguments.output not in ("", "-")  # nothing; standard output
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        is_good = arguments.output and os.access(folder, os.W_OK)
+        if is_good:
+            folder.mkdir(parents=True, exist_ok=True)
+            is_good = os.access(folder, os.W_OK)
     except OSError:
         is_good = False
     if not is_good:

@@ -194,7 +194,7 @@ std::string automatic(Scene scene, bool quick) {
 
 int stability(const Arguments& given) {
   const bool quick = given.has("quick");
-  const std::optional<std::string> path = given.text("csv");
+  const std::optional<std::string> path = given.file("csv");
   const std::string name = path.value_or("standard output");
   if (path) {
     std::vector<Fault> faults;
@@ -230,7 +230,7 @@ int main(int argc, char** argv) {
               "Measures how far each method goes with equal steps; prints CSV.",
               "0 done; 1 the run failed; 2 bad arguments.",
               false,
-              {{"csv", "File to write in place of standard output"},
+              {{"csv", "File to write in place of standard output, which is -"},
                {"quick", "Some seconds: fewer and shorter chains", false}},
               stability},
              argc, argv);

@@ -25,6 +25,10 @@ std::optional<std::string> Arguments::text(const std::string& name) const {
   return count(name) != 0 ? std::optional(at(name).as<std::string>()) : std::nullopt;
 }
 
+std::optional<std::string> Arguments::file(const std::string& name) const {
+  return text(name) == "-" ? std::nullopt : text(name);
+}
+
 double Arguments::number(const std::string& name, const char* expected, double low, double absent,
                          std::vector<Fault>& faults) const {
   const std::optional<std::string> given = text(name);
@@ -159,7 +163,7 @@ void checkOutputs(const Arguments& given, const std::vector<std::string>& option
   std::error_code none;
   std::vector<fs::path> taken(inputs.begin(), inputs.end()), made;
   for (const std::string& option : options) {
-    const std::optional<std::string> path = given.text(option);
+    const std::optional<std::string> path = given.file(option);
     if (!path) continue;
     const bool isNew = !fs::exists(*path, none);
     // To open a pipe waits for its reader, and to close it ends what the reader gets.

@@ -34,6 +34,8 @@ class Arguments : public boost::program_options::variables_map {
   bool has(const char* name) const { return count(name) != 0; }
   /// The text of an option, or nothing if it is absent.
   std::optional<std::string> text(const std::string& name) const;
+  /// The file of an option. Nothing if it is absent or "-", standard output.
+  std::optional<std::string> file(const std::string& name) const;
   /// The number that it spells, or `absent` without it. Records a fault unless it is finite and > low.
   double number(const std::string& name, const char* expected, double low, double absent,
                 std::vector<Fault>& faults) const;

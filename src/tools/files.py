@@ -88,11 +88,13 @@ def require_apart(outputs, inputs):
 
 
 def require_outputs(outputs, inputs):
-    """As require_apart(). Also raises BadOutput if one cannot be written. Changes no file."""
+    """As require_apart(). Also raises BadOutput if one cannot be written, or is standard output. Changes no file."""
     require_apart(outputs, inputs)
     for option, path in outputs:
         if path is None:
             continue
+        if path == "-":
+            raise BadOutput(f"{option}: expected a file, as standard output has other text, got -")
         is_new = not os.path.exists(path)
         if os.access(path, os.W_OK) and stat.S_ISFIFO(os.stat(path).st_mode):
             continue  # to open it waits for its reader, and to close it ends what the reader gets

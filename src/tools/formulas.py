@@ -33,10 +33,12 @@ def arguments():
     parser.add_argument("--format", required=True, choices=["latex", *CODES], help="what is written")
     parser.add_argument("--numbers", action="store_true", help="the scene's numbers in place of letters")
     parser.add_argument("--linearize", action="store_true", help="also A and B")
-    parser.add_argument("--output", metavar="FILE", help="where it is written; functions are named after it (default: standard "
+    parser.add_argument("--output", metavar="FILE", help="where it is written; functions are named after it (default, or -: standard "
                                                          "output, named after the scene). A page in latex has the picture "
                                                          "FILE_chain.pdf beside it, FILE without its ending")
-    return parser.parse_args()
+    given = parser.parse_args()
+    given.output = None if given.output == "-" else given.output
+    return given
 
 
 def scene_from(path):

@@ -72,8 +72,9 @@ void writeRow(std::FILE* csv, double t, const Simulation& simulation) {
 
 // ---- Progress and summary --------------------------------------------------------------------
 
-/// A progress bar on standard error if that is a terminal, drawn ten times a second.
+/// A progress bar on standard error if that is a terminal without rows, drawn ten times a second.
 struct Progress {
+  explicit Progress(bool hasRows) : isShown(isatty(STDERR_FILENO) == 1 && !hasRows) {}
   ~Progress() {
     if (isShown) std::fputs("\r\033[K", stderr);
   }
@@ -86,7 +87,7 @@ struct Progress {
     std::fprintf(stderr, "\r[%s] %g of %g s\033[K", bar.c_str(), t, end);
   }
 
-  const bool isShown = isatty(STDERR_FILENO) == 1;
+  const bool isShown;
   std::chrono::steady_clock::time_point next{};
 };
 
@@ -105,24 +106,25 @@ void writeState(std::FILE* out, const Simulation& simulation) {
 }
 
 /// end: of the run, s. The scene's own time is less after a reset, or after states that were shown as ticks.
-void writeSummary(const Simulation& simulation, double end) {
+void writeSummary(std::FILE* out, const Simulation& simulation, double end) {
   const Statistics statistics = simulation.statistics();
   const Energy energy = simulation.energy();
   const bool chose = simulation.scene().integrator.method == "auto";
-  std::printf("t = %g s%s by %s%s%s: %lld steps, %lld rejected, %lld evaluations (%s)\n", simulation.time(),
-              simulation.time() < end ? " of scene time" : "", chose ? "auto (" : "",
-              simulation.method().c_str(), chose ? " at the end)" : "", statistics.steps, statistics.rejected,
-              statistics.evaluations, simulation.recursion().c_str());
+  std::fprintf(out, "t = %g s%s by %s%s%s: %lld steps, %lld rejected, %lld evaluations (%s)\n",
+               simulation.time(), simulation.time() < end ? " of scene time" : "", chose ? "auto (" : "",
+               simulation.method().c_str(), chose ? " at the end)" : "", statistics.steps,
+               statistics.rejected, statistics.evaluations, simulation.recursion().c_str());
   if (statistics.rescues > 0) {
-    std::printf(
+    std::fprintf(
+        out,
         "  the energy guard repeated steps %lld time%s, smaller or by rodas5p, because the energy balance "
         "did not "
         "close or a step was impossible; this restores the energy, not the accuracy lost before\n",
         statistics.rescues, statistics.rescues == 1 ? "" : "s");
   }
-  writeState(stdout, simulation);
-  std::printf("  energy = %.6g J (kinetic %.6g, potential %.6g)\n", energy.total(), energy.kinetic,
-              energy.potential);
+  writeState(out, simulation);
+  std::fprintf(out, "  energy = %.6g J (kinetic %.6g, potential %.6g)\n", energy.total(), energy.kinetic,
+               energy.potential);
 }
 
 // ---- The files -------------------------------------------------------------------------------
@@ -150,6 +152,10 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
   }
   if (given.has("views") && !given.has("bag")) {
     faults.push_back({"--views", "--bag, which they are written to", "none"});
+  }
+  for (const char* option : {"bag", "write-urdf"}) {
+    if (given.text(option) != "-") continue;
+    faults.push_back({std::string("--") + option, "a file, as only --csv goes to standard output", "-"});
   }
   std::vector<std::string> inputs;
   for (const char* option : {"urdf", "commands"}) inputs.push_back(given.text(option).value_or(""));
@@ -254,12 +260,13 @@ void tellUnused(const Arguments& given, const std::string& method) {
                        : "chooses its steps; --step only applies to fixed-step methods");
 }
 
-/// The CSV file, if one is wanted.
+/// The CSV file, if one is wanted. "-" is standard output.
 class Csv {
  public:
-  Csv(const std::optional<std::string>& path, const Chain& chain) : path_(path) {
+  Csv(const std::optional<std::string>& path, const Chain& chain)
+      : name_(path == "-" ? "standard output" : path.value_or("")) {
     if (!path) return;
-    file_.reset(std::fopen(path->c_str(), "w"));
+    file_.reset(path == "-" ? fdopen(dup(STDOUT_FILENO), "w") : std::fopen(path->c_str(), "w"));
     require(file_ != nullptr);
     writeHeader(file_.get(), chain);
   }
@@ -271,20 +278,21 @@ class Csv {
   void close() {
     if (file_) require(std::fclose(file_.release()) == 0);
   }
+  bool isOnTerminal() const { return file_ && isatty(fileno(file_.get())) == 1; }
 
  private:
   void require(bool isGood) const {
-    if (!isGood) throw std::runtime_error("cannot write " + *path_ + ": " + std::strerror(errno));
+    if (!isGood) throw std::runtime_error("cannot write " + name_ + ": " + std::strerror(errno));
   }
 
-  const std::optional<std::string> path_;
+  const std::string name_;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, std::fclose};
 };
 
 /// Runs row by row. Returns false if the run failed or was interrupted; k: the rows that were made.
 bool runRows(Simulation& simulation, Bags* bags, const Rows& rows, const StepBudget& budget, Csv& csv,
              double& k) {
-  Progress progress;
+  Progress progress(csv.isOnTerminal());
   const auto keepGoing = [&] {
     progress.show(simulation.time(), rows.duration);
     return caught == 0 && budget.isLeft();
@@ -351,8 +359,9 @@ int simulate(const Arguments& given) {
     writeState(stderr, simulation);
     return runFailed;
   }
-  writeSummary(simulation, rows.duration);
-  if (bags) std::fputs(bags->summary().c_str(), stdout);
+  std::FILE* const out = given.text("csv") == "-" ? stderr : stdout;
+  writeSummary(out, simulation, rows.duration);
+  if (bags) std::fputs(bags->summary().c_str(), out);
   return !bags || bags->isAsRecorded() ? done : doneInPart;
 }
 
@@ -380,7 +389,7 @@ int main(int argc, char** argv) {
          "Ends the run with status 1 after so many steps, counted every 32 (default: a million for each "
          "second so far, and at "
          "least a million; for methods of fixed step, besides those that --step asks for)"},
-        {"csv", "File to write: t, q and qd of every joint, energy"},
+        {"csv", "File to write, or - for standard output: t, q and qd of every joint, energy"},
         {"bag", "Bag to write: the messages of the node, and /clock; the first tick is stamped 1/rate"},
         {"views", "Also writes the markers of rviz and base_wrench to the bag", false},
         {"commands", "Bag whose recorded commands are applied again"},
