@@ -1,11 +1,12 @@
 #!/usr/bin/python3
-"""The scripts of the repository: launch/arguments, launch/record.sh, and that one build serves launch/sim and test/run.
+"""The scripts of the repository: launch/arguments, launch/record.sh, .ci/run, and that one build serves launch/sim and test/run.
 
     scripts_test.py [-DNAME=VALUE … for cmake] [unittest options]
 """
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import unittest
@@ -104,13 +105,32 @@ class Recorder(InFolder):
                              universal_newlines=True, check=False)
         self.assertEqual((run.returncode, run.stderr), (1, 'record: /dev/null cannot be read: empty file\n'))
         recorder = self.path('recorder')
-        with open(recorder, 'w', encoding='ascii') as file:
+        with open(recorder, 'w', encoding='utf-8') as file:
             file.write(f'#!/bin/sh\ncp "{self.path("lacks")}.bag" "$2.bag"\n')
         os.chmod(recorder, 0o755)
         run = subprocess.run(['bash', os.path.join(ROOT, 'launch/record.sh'), recorder, '-O', self.path('made'), '/tf'],
                              stderr=subprocess.PIPE, universal_newlines=True, check=False)
         self.assertEqual(run.returncode, 1)
         self.assertIn(f'{self.path("made")}.bag lacks 2 of 10 messages of /left/point', run.stderr)
+
+
+class Ci(InFolder):
+    def test_all_runs_in_a_copy_with_a_blank_and_an_umlaut(self):
+        for script in ('.ci/run', 'test/run', 'test/compilers', 'test/sanitized', 'build/log', 'build_other/log', 'gone'):
+            os.makedirs(os.path.dirname(self.path(script)), exist_ok=True)
+            with open(self.path(script), 'w', encoding='ascii') as file:
+                file.write('#!/bin/bash\nmkdir -p build\nLC_ALL=C ls -A . .ci\ngit rev-parse --show-toplevel >>build/log\n')
+            os.chmod(self.path(script), 0o755)
+        shutil.copy(os.path.join(ROOT, '.ci/run'), self.path('.ci/run'))
+        subprocess.run(['git', 'init', '-q', self.folder], check=True)
+        copy = os.path.realpath(self.path('.ci/Ordner für Tests/planar_chain'))
+        for count, names in ((3, '.ci .git build gone test'), (6, '.ci .git build test')):
+            said = subprocess.run([self.path('.ci/run')], stdout=subprocess.PIPE, universal_newlines=True, check=True).stdout
+            self.assertEqual(said, 3 * '\n'.join(['.:', *names.split(), '', '.ci:', 'run', '']))
+            with open(os.path.join(copy, 'build/log'), encoding='utf-8') as log:  # the build of the copy stays
+                self.assertEqual(log.read(), count * (copy + '\n'))
+            if count == 3:
+                os.remove(self.path('gone'))
 
 
 class OneBuild(InFolder):
