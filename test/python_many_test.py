@@ -79,7 +79,8 @@ class Many(unittest.TestCase):
                   "/": "expected no empty name in the path, got one",
                   "start": "expected the path of a number, got that of initial or rest",
                   "publish/tf": "expected the path of a number, got that of true or false",
-                  "robot": "expected one of the keys chain", "": "expected one of the keys chain"}
+                  "robot": "expected one of the keys chain", "": "expected one of the keys chain",
+                  "/".join("a" * 16): "expected a path of at most 15 names, got 16"}
         for paths in (faults, *([path] for path in faults)):
             for runs in (0, 1, 2):
                 found = self.refused(DOUBLE, paths, runs)
@@ -96,6 +97,10 @@ class Many(unittest.TestCase):
                              {"links/upper/joint/friction": "expected no friction in a driven joint, got 1"})
         with self.assertRaisesRegex(Refused, r"links/lower/masss: expected a known key \(did you mean links/lower/mass\?\)"):
             DOUBLE.with_values({"links/lower/masss": 1})
+        for path in ("/".join("a" * 20000), "links/" + "/".join("a" * 20000)):  # a tree as deep overflows the stack
+            words = "^(links/)?a/a/.*…: expected a path of at most 15 names, got 2000[01]$"
+            self.assertRaisesRegex(Refused, words, DOUBLE.with_values, {path: 1})
+            self.assertRaisesRegex(Refused, words, simulate_many, DOUBLE, [], parameters={path: []})
 
     def test_each_number_of_the_scenes_may_vary_and_nothing_else(self):
         def leaves(value, path=""):

@@ -78,9 +78,12 @@ int lineAt(const Value& root, const std::string& path);
 /// Longest YAML text, bytes. A scene that lists every link of the longest chain is shorter.
 constexpr std::size_t longestYaml = 1 << 24;
 
+/// The most levels of a tree: maps and lists within each other, and the value in the innermost.
+constexpr std::size_t mostLevels = 16;
+
 /// Parses one YAML document.
 /// @throws Refused if the text is not YAML (with line and column) or has more than one document, keys that
-/// are repeated or not text, explicit tags, more than 16 levels, more than a million values or more than
+/// are repeated or not text, explicit tags, more than mostLevels, more than a million values or more than
 /// longestYaml bytes. Aliases count as often as they are used.
 Value parseYaml(const std::string& text);
 

@@ -14,13 +14,12 @@ namespace planar_chain::python {
 
 namespace {
 
-constexpr int mostLevels = 16;  // as in a YAML text; a list may hold itself
-
-Value valueAt(const py::handle& object, const std::string& path, int level) {
-  const auto refuse = [&](const char* expected) -> Value {
+/// level: the maps and lists around it. A list may hold itself.
+Value valueAt(const py::handle& object, const std::string& path, std::size_t level) {
+  const auto refuse = [&](const std::string& expected) -> Value {
     throw Refused({{path.empty() ? "scene" : path, expected, shown(object)}});
   };
-  if (level > mostLevels) return refuse("at most 16 levels");
+  if (level >= mostLevels) return refuse("at most " + std::to_string(mostLevels) + " levels");
   const auto below = [&](const py::handle& item, const std::string& key) {
     return valueAt(item, path.empty() ? key : path + "/" + key, level + 1);
   };

@@ -17,7 +17,6 @@ namespace planar_chain {
 
 namespace {
 
-constexpr std::size_t deepest = 16;
 constexpr std::size_t mostValues = 1000000;
 
 bool isDigit(char c) {
@@ -237,7 +236,8 @@ class Builder : public YAML::EventHandler {
     };
     bytes_ += tree.bytes;
     values_ += tree.values;
-    if (open_.size() + tree.levels > deepest) refuseMore("at most " + std::to_string(deepest) + " levels");
+    if (open_.size() + tree.levels > mostLevels)
+      refuseMore("at most " + std::to_string(mostLevels) + " levels");
     if (values_ > mostValues) refuseMore(notTooMany());
     if (bytes_ > longestYaml) refuseMore(notTooLong());
   }

@@ -11,34 +11,48 @@ namespace planar_chain {
 
 namespace {
 
-/// Calls change(value) for the value at path[from…]. Maps on the way are made.
-template <class Change>
-void changeAt(Value& at, const std::string& path, const Change& change, std::size_t from = 0) {
-  if (from > path.size()) return change(at);
-  const std::string key = path.substr(from, path.find('/', from) - from);
-  const auto below = [&](Value& value) { changeAt(value, path, change, from + key.size() + 1); };
-  if (at.isNull() && numberIn(key)) {
-    const std::string list = path.substr(0, from - 1);
-    throw Refused({{path, "a number of a list that the scene has", "nothing at " + quoted(list)}});
-  }
-  if (at.isNull()) at = Value::Map{};
-  if (Value::Map* map = at.map()) return below((*map)[key]);
-  Value::List* list = at.list();
-  const double place = numberIn(key).value_or(-1);
-  if (!list || !(place >= 0 && place < static_cast<double>(list->size()))) {
-    throw Refused({{path, "a number of the scene", describe(at) + " above " + quoted(key)}});
-  }
-  below((*list)[static_cast<std::size_t>(place)]);
-}
-
-/// The path without the empty names between slashes.
-std::string withoutEmptyNames(const std::string& path) {
-  std::string names;
-  std::istringstream in(path);
+/// The names in a path.
+/// @throws Refused if one is empty, or if there are more than a scene has levels for: trees are recursive
+std::vector<std::string> namesIn(const std::string& path) {
+  std::vector<std::string> names;
+  std::string meant;
+  std::istringstream in(path + '/');
   for (std::string name; std::getline(in, name, '/');) {
-    if (!name.empty()) names += (names.empty() ? "" : "/") + name;
+    names.push_back(name);
+    if (!name.empty()) meant += (meant.empty() ? "" : "/") + name;
+  }
+  if (names.size() >= mostLevels) {
+    throw Refused({{onOneLine(path), "a path of at most " + std::to_string(mostLevels - 1) + " names",
+                    std::to_string(names.size())}});
+  }
+  if (meant != path) {
+    const std::string hint = meant.empty() ? "" : " (did you mean " + meant + "?)";
+    throw Refused({{path, "no empty name in the path" + hint, "one"}});
   }
   return names;
+}
+
+/// The value at a path. Maps on the way are made.
+Value& valueAt(Value& root, const std::string& path) {
+  Value* at = &root;
+  std::string above;
+  for (const std::string& key : namesIn(path)) {
+    if (at->isNull() && numberIn(key)) {
+      throw Refused({{path, "a number of a list that the scene has", "nothing at " + quoted(above)}});
+    }
+    if (at->isNull()) *at = Value::Map{};
+    const double place = numberIn(key).value_or(-1);
+    if (Value::Map* map = at->map()) {
+      at = &(*map)[key];
+    } else if (Value::List* list = at->list();
+               list && place >= 0 && place < static_cast<double>(list->size())) {
+      at = &(*list)[static_cast<std::size_t>(place)];
+    } else {
+      throw Refused({{path, "a number of the scene", describe(*at) + " above " + quoted(key)}});
+    }
+    above += (above.empty() ? "" : "/") + key;
+  }
+  return *at;
 }
 
 /// True if `path` is `above` or lies below it.
@@ -58,7 +72,7 @@ std::string remedyFor(const Value& scene, const std::string& path) {
 }  // namespace
 
 void setNumber(Value& scene, const std::string& path, double number) {
-  changeAt(scene, path, [number](Value& value) { value = number; });
+  valueAt(scene, path) = number;
 }
 
 void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
@@ -69,19 +83,12 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
   std::vector<Fault> refused;
   std::vector<std::string> places;
   for (const std::string& path : paths) {
-    const std::string names = withoutEmptyNames(path);
-    if (names != path) {
-      const std::string meant = names.empty() ? "" : " (did you mean " + names + "?)";
-      refused.push_back({path, "no empty name in the path" + meant, "one"});
-      continue;
-    }
     try {
-      changeAt(complete, path, [&path](Value& value) {
-        if (value.map() || value.list()) {
-          throw Refused({{path, "the path of a number", value.map() ? "that of a map" : "that of a list"}});
-        }
-        if (!numberIn(value)) value = 1;
-      });
+      Value& value = valueAt(complete, path);
+      if (value.map() || value.list()) {
+        throw Refused({{path, "the path of a number", value.map() ? "that of a map" : "that of a list"}});
+      }
+      if (!numberIn(value)) value = 1;
       places.push_back(path);
     } catch (const Refused& fault) {
       refused.insert(refused.end(), fault.faults().begin(), fault.faults().end());
