@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import unittest
+from unittest import mock
 
 import genpy
 import rosbag
@@ -16,6 +17,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from plot_tool import BIN, JOINTS, SCENE, PlotTool
+import replay  # of src/tools, where plot_tool finds it
 
 MARK = "mark_me"
 FIT = "fit", SCENE, "--vary", "links/hand/mass", "--data"
@@ -74,6 +76,30 @@ class Faults(PlotTool):
         for bag, tools in ((self.damaged("state.bag", joints=(MARK,)), (("plot",), FIT)),
                            (self.damaged("command.bag", ("/planar_chain/commands_taken", command)), (("plot",), FIT, REPLAY))):
             self.assert_all_refuse(bag, tools, r"expected a bag that can be read, got a damaged one \(.*\)")
+
+    def test_lengths_that_crash_rosbags_reader_are_said(self):
+        whole = self.bag("whole.bag", ("/planar_chain/commands_taken", CommandTaken(number=1, tick=1, joint_torques=[0.0] * 3)), joints=JOINTS)
+        with open(whole, "rb") as file:
+            data = file.read()
+        index = data.index(b"op=\x04")
+        bag = self.path("flipped.bag")
+        # Bits of the index, at which the reader of C++ takes memory of others, or aborts; and of the length of a list, which takes all memory.
+        for place, bit, tools in ((58, 7, (("plot",), FIT, REPLAY)), *((*flip, (REPLAY,)) for flip in (
+                (19, 3), (31, 3), (70, 3), (74, 7), (77, 3), (85, 3), (-33, 7)))):
+            with open(bag, "wb") as file:
+                file.write(data[:index + place] + bytes([data[index + place] ^ 1 << bit]) + data[index + place + 1:])
+            self.assert_all_refuse(bag, tools, r"expected a bag that can be read, got a damaged one \(.*\)")
+
+    def test_a_recording_that_ends_rosbag_play_is_said(self):
+        with open(self.path("rosbag"), "w", encoding="ascii") as file:
+            file.write("#!/bin/sh\nexit 245\n")  # as after a segmentation fault
+        os.chmod(self.path("rosbag"), 0o755)
+        master = mock.Mock(getSystemState=lambda: ([], [("/tf", ["/rviz"])], []))
+        play = replay.Play(master, "one.bag", ["/clock"], [])
+        with mock.patch.dict(os.environ, {"PATH": self.folder + ":" + os.environ["PATH"]}):
+            play.maybe_start()
+        play._process.wait(60)  # pylint: disable=protected-access
+        self.assertRaisesRegex(replay.NoBag, "^one.bag: expected a bag that rosbag play can play, got its exit status 245$", play.maybe_start)
 
     def test_messages_without_what_they_need(self):
         for command in (CommandTaken(number=1, kind=255), CommandTaken(number=1, kind=CommandTaken.LINK_FORCE),

@@ -85,10 +85,10 @@ class Master:
 
 
 class Play:
-    """rosbag play, which starts once rviz listens."""
+    """rosbag play, which starts once rviz listens. Raises NoBag if it fails, such as on a damaged bag."""
 
     def __init__(self, master, bag, topics, options):
-        self._master = master
+        self._master, self._bag = master, bag
         self._command = ['rosbag', 'play', *([] if '/clock' in topics else ['--clock']), '--quiet', *options, bag]
         self._process = None
         self._ended = False
@@ -100,6 +100,8 @@ class Play:
                 self._process = subprocess.Popen(self._command)
         elif not self._ended and self._process.poll() is not None:
             self._ended = True
+            if self._process.returncode != 0:
+                raise NoBag('%s: expected a bag that rosbag play can play, got its exit status %d' % (self._bag, self._process.returncode))
             print('show: the recording has ended; Ctrl-C ends rviz. With --loop it begins again', flush=True)
 
     def end(self):

@@ -352,6 +352,8 @@ def show_bag(path, options):
         try:
             return show_nodes(list(scenes), [], list(trees.values()), pathlib.Path(path).stem,
                               play.maybe_start)
+        except NoBag as refused:
+            refuse('show: %s' % refused)
         finally:
             play.end()
 

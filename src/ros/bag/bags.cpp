@@ -7,6 +7,7 @@
 #include <rosgraph_msgs/Clock.h>
 #include <std_msgs/String.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cerrno>
 #include <cstdint>
@@ -197,8 +198,8 @@ class OfflineNode : public Bags {
         std::fprintf(stderr,
                      "simulate: %s was recorded with another scene, so its motion is not compared: %s\n",
                      given.commands->c_str(), other.c_str());
-        recorded_.states.clear();
-      } else if (recorded_.states.empty() && isOfARun) {
+        recorded_.ticks.clear();
+      } else if (recorded_.ticks.empty() && isOfARun) {
         std::fprintf(
             stderr, "simulate: %s has no joint_states with a status of %s, so its motion is not compared%s\n",
             given.commands->c_str(), recorded_.node.c_str(),
@@ -215,7 +216,7 @@ class OfflineNode : public Bags {
 
   Simulation& simulation() override { return simulation_; }
 
-  double recordedEnd() const override { return ticks_.timeOf(recorded_.lastTick); }
+  double recordedEnd() const override { return ticks_.timeOf(static_cast<long long>(recorded_.lastTick)); }
 
   bool advanceTo(long long k, double t, const std::function<bool()>& keepGoing) override {
     const std::vector<CommandTaken>& commands = recorded_.commands;
@@ -238,9 +239,12 @@ class OfflineNode : public Bags {
   }
 
   void tick(long long k) override {
-    const auto recorded = recorded_.states.find(static_cast<std::uint64_t>(k));
-    if (left_.empty() && recorded != recorded_.states.end() && simulation_.fault().empty() &&
-        recorded->second != digestOf(simulation_.q(), simulation_.qd())) {
+    const std::vector<std::uint64_t>& known = recorded_.ticks;
+    const auto place = std::lower_bound(known.begin(), known.end(), static_cast<std::uint64_t>(k));
+    const bool isKnown = place != known.end() && *place == static_cast<std::uint64_t>(k);
+    if (left_.empty() && isKnown && simulation_.fault().empty() &&
+        recorded_.digests[static_cast<std::size_t>(place - known.begin())] !=
+            digestOf(simulation_.q(), simulation_.qd())) {
       leave(k);
     }
     if (writer_ && k > 0) writer_->tick(k);

@@ -13,17 +13,21 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
 #include <set>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/value.h"
 #include "reading/section.h"
 #include "ros/bag/bags.h"
+#include "ros/bag/child.h"
+#include "ros/bag/reading.h"
 
 namespace planar_chain {
 
@@ -143,7 +147,7 @@ void requireTick(std::uint64_t tick, const std::string& path) {
 struct State {
   std::uint32_t number;
   ros::Time stamp;
-  std::size_t digest;
+  std::uint64_t digest;
 };
 
 /// The last of the ticks, or of the states, with one stamp. An external clock that goes back repeats stamps.
@@ -222,23 +226,28 @@ void readStates(const rosbag::Bag& bag, const std::string& path, bool isNeeded, 
     }
   }
   std::sort(known.begin(), known.end());
+  std::map<std::uint64_t, std::uint64_t> digests;  // by tick
   for (std::size_t k = 0; k < known.size(); ++k) {
     const auto [first, ahead] = known[k];
     const bool isLast = k + 1 == known.size();
     if (isLast ? k > 0 && known[k - 1].second != ahead : known[k + 1].second != ahead) continue;
     for (std::size_t i = first; i < (isLast ? states.size() : known[k + 1].first); ++i) {
-      recorded.states.emplace(states[i].number + ahead, states[i].digest);
+      digests.emplace(states[i].number + ahead, states[i].digest);
     }
+  }
+  for (const auto& [tick, digest] : digests) {
+    recorded.ticks.push_back(tick);
+    recorded.digests.push_back(digest);
   }
   const std::uint64_t last = std::max(statuses.last, lastKnown + later);
   if (!isNeeded || last == 0) return;
   requireTick(recorded.commands.back().tick, path);
-  recorded.lastTick = static_cast<long long>(std::max(last, recorded.commands.back().tick));
+  recorded.lastTick = std::max(last, recorded.commands.back().tick);
 }
 
 }  // namespace
 
-std::size_t digestOf(const std::vector<double>& q, const std::vector<double>& qd) {
+std::uint64_t digestOf(const std::vector<double>& q, const std::vector<double>& qd) {
   const auto of = [](const std::vector<double>& values) {
     const std::string_view bytes(reinterpret_cast<const char*>(values.data()),
                                  values.size() * sizeof(double));
@@ -247,11 +256,14 @@ std::size_t digestOf(const std::vector<double>& q, const std::vector<double>& qd
   return 31 * of(q) + of(qd);
 }
 
-RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
-                              bool needsEnd) {
+namespace {
+
+/// @throws Refused
+RecordedCommands readHere(const std::string& path, const std::optional<std::string>& node, double rate,
+                          bool needsEnd) {
   try {
     const rosbag::Bag bag(path);
-    RecordedCommands recorded{nodeOf(bag, node, path), {}, 0, {}, {}};
+    RecordedCommands recorded{nodeOf(bag, node, path), {}, 0, {}, {}, {}};
 
     const std::string topic = recorded.node + commandsTaken;
     std::vector<CommandTaken>& commands = recorded.commands;
@@ -278,6 +290,34 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
   } catch (const std::exception& problem) {  // of rosbag; of ros::serialization, if a message is damaged
     refuse(path, "a bag that can be read", whyUnread(path, problem));
   }
+}
+
+}  // namespace
+
+RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
+                              bool needsEnd) {
+  // A damaged length may ask for any memory. A bag of commands takes a few times its size.
+  constexpr std::uintmax_t least = std::uintmax_t{256} << 20, times = 64;
+  std::error_code none;
+  const std::uintmax_t size = std::filesystem::file_size(path, none);
+  std::string bytes;
+  try {
+    const auto read = [&] {
+      Reading reading;
+      try {
+        reading.recorded = readHere(path, node, rate, needsEnd);
+      } catch (const Refused& refused) {
+        reading.faults = refused.faults();
+      }
+      return inBytes(reading);
+    };
+    bytes = madeByChild(read, least + (none ? 0 : times * size));
+  } catch (const Crash& crash) {
+    refuse(path, "a bag that can be read", whyUnread(path, crash));
+  }
+  Reading reading = ofBytes(bytes);
+  if (!reading.faults.empty()) throw Refused(std::move(reading.faults));
+  return std::move(reading.recorded);
 }
 
 namespace {

@@ -4,9 +4,7 @@
 
 #include <planar_chain/CommandTaken.h>
 
-#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,16 +14,17 @@ namespace planar_chain {
 struct RecordedCommands {
   std::string node;                    ///< the node that took them, such as /left/planar_chain
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
-  long long lastTick = 0;              ///< of the states and commands; 0 without states
+  std::uint64_t lastTick = 0;          ///< of the states and commands; 0 without states
   std::string scene;                   ///< its text; empty if the bag has none
-  /// digestOf() each state, by tick, as far as ~status tells it.
-  std::map<std::uint64_t, std::size_t> states;
+  /// The ticks of the states, in their order, as far as ~status tells them; and digestOf() each state.
+  std::vector<std::uint64_t> ticks, digests;
 };
 
 /// Equal for two states if they are equal to the last bit.
-std::size_t digestOf(const std::vector<double>& q, const std::vector<double>& qd);
+std::uint64_t digestOf(const std::vector<double>& q, const std::vector<double>& qd);
 
-/// Reads ~commands_taken, of which no command may be missing.
+/// Reads ~commands_taken, of which no command may be missing. A child process does it, because rosbag's
+/// reader crashes on some damaged bags.
 /// @param node the node that took the commands; without it, the bag must hold those of one node only
 /// @param rate ticks per second
 /// @param needsEnd refuses joint_states and ~status of another version; otherwise they are left out
