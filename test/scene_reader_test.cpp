@@ -239,6 +239,29 @@ TEST(SceneReader, NotesAnglesThatMayBeDegrees) {
             "links/a/joint/upper: 1000 rad are 159 turns (angles are in rad, not in degrees)\n");
 }
 
+/// The energy is k x²/2 by hand.
+TEST(SceneReader, NotesAStartBeyondALimit) {
+  const auto notesOf = [](const std::string& joint, const std::string& more = "") {
+    std::string notes;
+    const Scene scene = readSceneText(
+        "chain: [a, b]\nlinks: {a: {mass: 1, inertia: 1, com: [1, 0], pin: [1, 0], joint: " + joint +
+        "}, b: {mass: 1, inertia: 1, com: [1, 0], pin: [1, 0], initial: {angle: 1.5}, joint: {upper: "
+        "1.5}}}\n" +
+        more);
+    for (const Note& note : scene.notes) notes += toString(note) + "\n";
+    return notes;
+  };
+  const std::string excluded = "{lower: -2.6, upper: -0.2, stop_stiffness: 4200}";
+  EXPECT_EQ(notesOf(excluded),
+            "links/a/initial: a_joint begins at 0 rad, above upper (-0.2 rad): its stop holds 84 J\n");
+  EXPECT_EQ(notesOf("{lower: 0.1, stop_stiffness: 100}"),
+            "links/a/initial: a_joint begins at 0 rad, below lower (0.1 rad): its stop holds 0.5 J\n");
+  EXPECT_EQ(notesOf("{type: prismatic, lower: 0.1, stop_stiffness: 100}"),
+            "links/a/initial: a_joint begins at 0 m, below lower (0.1 m): its stop holds 0.5 J\n");
+  EXPECT_EQ(notesOf("{lower: 0, upper: 1}"), "");
+  EXPECT_EQ(notesOf(excluded, "start: rest\n"), "");  // it leans on its stop
+}
+
 TEST(SceneReader, DefaultRatesKeepBelowTheRate) {
   const Scene scene = readSceneText(two("publish: {rate: 5}\n"));
   EXPECT_EQ(scene.publish.tfRate, 5);

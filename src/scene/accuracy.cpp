@@ -7,10 +7,16 @@
 
 #include "effects/effect_kind.h"
 #include "effects/stick_slip.h"
+#include "effects/stops.h"
 #include "ode/methods.h"
+#include "reading/notes.h"
 
 namespace planar_chain {
 
+namespace {
+
+/// If a link is so heavy between lighter ones and a free or held end that rounding exceeds the tolerance: the
+/// acceleration of what is light then has the error 1e-16 of the ratio of the masses.
 void noteRounding(Scene& scene) {
   constexpr double rounding = 1e-16, inFixedSteps = 1e-8;
   const std::vector<Link>& links = scene.chain.links();
@@ -43,12 +49,39 @@ void noteRounding(Scene& scene) {
   scene.notes.push_back({"links/" + heavy->name + "/mass", text});
 }
 
+/// If friction is so weak that it is left out (stick_slip.h).
 void noteWeakFriction(Scene& scene) {
   const std::vector<int> weak = StickSlip(scene.chain, toleranceOfRates(scene.integrator)).leftOut();
   if (weak.empty()) return;
   scene.notes.push_back({"links/" + scene.chain.links()[index(weak[0])].name + "/joint/friction",
                          "is left out: it changes rates by less than a tenth of the tolerance in a second"});
   scene.notes.back().more = static_cast<int>(weak.size()) - 1;
+}
+
+/// For each joint that begins beyond a limit: the energy in its stop moves the chain at once.
+void noteStopsAtStart(Scene& scene) {
+  Notes notes;
+  for (std::size_t i = 0; i < scene.q.size(); ++i) {
+    const Joint& joint = scene.chain.joints()[i];
+    const double q = scene.q[i], energy = stopKind().energyIn(joint, q);
+    if (!(energy > 0)) continue;
+    const bool isAbove = q > joint.upper;
+    const char* unit = joint.slides ? "m" : "rad";
+    char text[200];
+    std::snprintf(text, sizeof text, "%s begins at %.6g %s, %s (%.6g %s): its stop holds %.3g J",
+                  joint.name.c_str(), q, unit, isAbove ? "above upper" : "below lower",
+                  isAbove ? joint.upper : joint.lower, unit, energy);
+    notes.add("links/" + scene.chain.links()[i].name + "/initial", text);
+  }
+  scene.notes.insert(scene.notes.end(), notes.all().begin(), notes.all().end());
+}
+
+}  // namespace
+
+void addNotes(Scene& scene, bool startsAtRest) {
+  if (!startsAtRest) noteStopsAtStart(scene);
+  noteRounding(scene);
+  noteWeakFriction(scene);
 }
 
 void boundRates(Scene& scene) {

@@ -1,18 +1,14 @@
 #pragma once
 
-/// How exact the rates of a scene must be, and notes where it is less accurate than its tolerance, or leaves
-/// something out.
+/// How exact the rates of a scene must be, and notes where it is less accurate than its tolerance, leaves
+/// something out, or begins in a stop.
 
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
 
-/// If a link is so heavy between lighter ones and a free or held end that rounding exceeds the tolerance: the
-/// acceleration of what is light then has the error 1e-16 of the ratio of the masses.
-void noteRounding(Scene& scene);
-
-/// If friction is so weak that it is left out (stick_slip.h).
-void noteWeakFriction(Scene& scene);
+/// Adds the notes. startsAtRest: joints may lean on their stops.
+void addNotes(Scene& scene, bool startsAtRest);
 
 /// Sets the rate_tolerance that the scene does not give, if the error of a rate, times a damping, might
 /// decide whether a joint with breakaway sticks:

@@ -374,8 +374,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   if (closeStart(scene, top) && startsAtRest) startAtRest(scene, top);
   throwAny(faults, value);
   boundRates(scene);
-  noteRounding(scene);
-  noteWeakFriction(scene);
+  addNotes(scene, startsAtRest);
   return scene;
 }
 
