@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -211,6 +212,21 @@ TEST(Imu, AtRestReadsGUpwards) {
   const Measurement one = run(scene, 0.1, 10).back();
   EXPECT_NEAR(one.values[3], -9.81, 1e-9);  // x of the link points down
   EXPECT_NEAR(one.values[4], 0, 1e-9);
+}
+
+/// What acts from t = 0 on, as a load or as a command, is in the first value, whether that is taken at once
+/// or with the first step.
+TEST(Imu, BeginsWithWhatActsAtTheStart) {
+  const std::string scene = rod + "sensors: {imu: {link: rod, point: [1, 0]}}\n";
+  Simulation loaded(readSceneText(scene + "loads: {turn: {joint: rod_joint, torque: 5}}\n"), 0, true);
+  const std::vector<double> expected = loaded.measure().at(0).values;
+  for (const double first : {0.0, 0.01}) {
+    Simulation commanded(readSceneText(scene), 1, true);
+    ASSERT_TRUE(commanded.advanceTo(0));  // as simulate does before it takes the commands of the first tick
+    commanded.holdTorque(0, 5, std::numeric_limits<double>::infinity());
+    ASSERT_TRUE(commanded.advanceTo(first));
+    EXPECT_EQ(commanded.measure().at(0).values, expected) << first;
+  }
 }
 
 /// A driven joint has its law's angle: what is delivered at t is that at t − delay.

@@ -27,8 +27,8 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
     throw Refused({{"t", "a finite number >= " + toText(p.state.t) + " s, the present time", toText(t)}});
   }
   if (!p.fault.empty()) return false;
-  if (p.sampler) p.sampler->measureAt(p.state);  // at time 0; commands act later
   p.settled();
+  if (p.sampler && p.state.t < t) p.sampler->measureAt(p.state);  // at time 0, once something moves
   bool isWanted = true;
   while (p.state.t < t && p.fault.empty() && (isWanted || p.unchecked > 0)) {
     p.advance(t);
@@ -115,7 +115,10 @@ void Simulation::linkMotions(LinkMotion* motions) {
 }
 
 std::vector<Measurement> Simulation::measure() {
-  return parts_->sampler ? parts_->sampler->measure(parts_->state) : std::vector<Measurement>();
+  Parts& p = *parts_;
+  if (!p.sampler) return {};
+  if (p.sampler->bank().next() <= p.state.t) p.settled();  // at time 0, of what acts from there on
+  return p.sampler->measure(p.state);
 }
 
 long long Simulation::lostMeasurements() const {
