@@ -48,7 +48,10 @@ class Calls(unittest.TestCase):
                 (lambda: simulation.hold_torque(0, "a"), "torque: expected a number, got 'a'"),
                 (lambda: simulation.hold_torque(0, np.nan), "torque: expected a finite number, got nan"),
                 (lambda: simulation.add_force(0, [1, 0]), "duration: expected a number, got None"),
-                (lambda: simulation.hold_force(0, [1, np.inf]), r"force: expected two finite numbers, got \[1, inf\]"),
+                (lambda: simulation.hold_force(0, [1, np.inf]), r"force: expected two numbers from -1e100 to 1e100, got \[1, inf\]"),
+                (lambda: simulation.hold_force(0, [1, 0], [1e308, 0]), r"point: expected two numbers from -1e100 to 1e100, got \[1e.308, 0\]"),
+                (lambda: simulation.add_force(0, [1, 0], None, 1, 1e101), "moment: expected a number from -1e100 to 1e100, got 1e.101"),
+                (lambda: simulation.hold_torques([1e308]), "torques/0: expected a number from -1e100 to 1e100, in N m, got 1e.308"),
                 (lambda: simulation.hold_force(0, 3), "force: expected an array of 2 numbers, got one number"),
                 (lambda: simulation.set_state(None, [0]), "q: expected an array of numbers, got None"),
                 (lambda: Scene.from_yaml("\ud800"), r"text: expected text, got '\\ud800'"),
@@ -154,7 +157,7 @@ class Failures(unittest.TestCase):
         simulation.advance_to(0.1)
         for k, mend in enumerate((lambda: simulation.clear_commands(), lambda: simulation.set_state([0.1], [0.2]),
                                   lambda: (simulation.hold_torque(0, 0), simulation.settle()), lambda: simulation.reset())):
-            simulation.hold_torque(0, 1e200)
+            simulation.hold_torque(0, 1e100)
             time_then, state = simulation.time, simulation.state.tolist()
             for _ in range(2):
                 with self.assertRaisesRegex(planar_chain.Failed, cure):

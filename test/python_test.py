@@ -179,8 +179,8 @@ class Motions(InFolder):
         simulation.add_torque(0, 1, 1)
         with self.assertRaisesRegex(RuntimeError, "commands"):
             simulation.add_torque(0, 1, 1)
-        huge = Simulation(Scene({"chain": ["a", "b"], "links": {"a": ROD, "b": ROD}}))
-        huge.hold_torques([1e308, 1e308])
+        huge = Simulation(Scene({"chain": ["a", "b"], "links": {"a": ROD, "b": ROD},
+                                 "loads": {name: {"joint": name + "_joint", "torque": 1e308} for name in "ab"}}))
         for call in (huge.accelerations, huge.base_wrench, huge.link_motions, huge.equations, huge.linearize):
             with self.assertRaisesRegex(OverflowError, "are not finite: the numbers are too large"):
                 call()

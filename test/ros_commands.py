@@ -161,6 +161,7 @@ class Commands(Watching):
                 (wrong_force(force=Vector3(0, 1, 2)), 'link_force/force/z: expected 0', 'got 2'),
                 (wrong_force(point=Point(0, 0, NAN)), 'link_force/point/z: expected 0', 'got nan'),
                 (wrong_force(moment=float('inf')), 'link_force/moment', 'got inf'),
+                (wrong_force(point=Point(1e308, 0, 0)), 'link_force/point/x: expected a number from -1e100 to 1e100, m', 'got 1e+308'),
                 (wrong_force(duration=-0.5), 'link_force/duration', 'got -0.5'),
             ]
             for count, ((out, message), expected, found) in enumerate(wrong, 1):

@@ -124,8 +124,8 @@ class Simulation {
   // one of the same joint or link starts, or until `until`. A timed command lasts until start + duration, and
   // adds to the others.
   // @returns false, and changes nothing, when commandCapacity commands are already timed or waiting
-  // @throws std::invalid_argument for an index out of range, a number that is not finite, and a command that
-  // ends by time()
+  // @throws std::invalid_argument for an index out of range, a number that is not finite or above 1e100 in
+  // size, and a command that ends by time()
   static constexpr double now = -std::numeric_limits<double>::infinity();
   bool holdTorque(int joint, double torque, double until, double start = now);
   bool holdForce(int link, Vec2d point, Vec2d force, double moment, double until, double start = now);

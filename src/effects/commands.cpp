@@ -98,7 +98,7 @@ void CommandEffect::list(double t) {
 }
 
 double CommandEffect::sumAt(double t, std::size_t joint) const {
-  long double sum = 0;  // torques that cancel may overflow on the way
+  long double sum = 0;  // rounded once
   const auto add = [&](const Command& command) {
     if (command.joint == static_cast<int>(joint) && command.start <= t && t < command.stop)
       sum += command.torque;

@@ -11,6 +11,16 @@
 
 namespace planar_chain {
 
+/// Products of larger numbers may overflow.
+constexpr double largestFactor = 1e100;
+inline bool isFactor(double x) {
+  return std::abs(x) <= largestFactor;
+}
+/// What is expected in place of an x that is none.
+inline const char* factorInWords(double x) {
+  return std::isfinite(x) ? "a number from -1e100 to 1e100" : "a finite number";
+}
+
 struct NumberRule {
   std::string which;  ///< such as " > 0 s"; follows "a number"
   double low = -std::numeric_limits<double>::infinity();
@@ -27,10 +37,10 @@ struct NumberRule {
     rule.isLowIn = true;
     return rule;
   }
-  /// From 0 to 1e100: products of larger ones may overflow.
+  /// From 0 to largestFactor.
   static NumberRule coefficient(const std::string& unit) {
     NumberRule rule = from(0, unit);
-    rule.high = 1e100;
+    rule.high = largestFactor;
     rule.most = ", at most 1e100";
     return rule;
   }

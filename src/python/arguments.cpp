@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "model/number_rule.h"
 #include "python/bindings.h"
 
 namespace planar_chain::python {
@@ -63,9 +64,9 @@ std::optional<py::ssize_t> indexIn(const py::object& given) {
   return std::nullopt;
 }
 
-double finiteOf(const py::object& given, const char* name) {
+double factorOf(const py::object& given, const char* name) {
   const double number = numberOf(given, name);
-  if (!std::isfinite(number)) refuse(name, "a finite number", given);
+  if (!isFactor(number)) refuse(name, factorInWords(number), given);
   return number;
 }
 

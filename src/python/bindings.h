@@ -67,7 +67,8 @@ std::string shapeOf(const Numbers& numbers);
 
 /// A number; it may be infinite or NaN.
 double numberOf(const py::object& given, const char* name);
-double finiteOf(const py::object& given, const char* name);
+/// A number that isFactor().
+double factorOf(const py::object& given, const char* name);
 long long countOf(const py::object& given, const char* name, long long least, long long most);
 /// most_steps: None or a number > 0
 std::optional<long long> stepsOf(const py::object& given);

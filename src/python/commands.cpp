@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "model/number_rule.h"
 #include "python/running.h"
 
 namespace planar_chain::python {
@@ -18,9 +19,10 @@ void holdTorques(Simulation& simulation, const std::vector<double>& tau) {
   for (const Drive& drive : simulation.scene().drives) isDriven[static_cast<std::size_t>(drive.joint)] = true;
   std::vector<Fault> faults;
   for (std::size_t i = 0; i < tau.size(); ++i) {
-    if (std::isfinite(tau[i]) && !(isDriven[i] && tau[i] != 0)) continue;
-    faults.push_back({"torques/" + std::to_string(i),
-                      isDriven[i] ? "0 N m in a driven joint" : "a finite number, in N m", toText(tau[i])});
+    if (isDriven[i] ? tau[i] == 0 : isFactor(tau[i])) continue;
+    const std::string expected =
+        isDriven[i] ? "0 N m in a driven joint" : factorInWords(tau[i]) + std::string(", in N m");
+    faults.push_back({"torques/" + std::to_string(i), expected, toText(tau[i])});
   }
   if (!faults.empty()) throw Refused(std::move(faults));
   for (std::size_t i = 0; i < tau.size(); ++i) {
@@ -34,9 +36,9 @@ void requireTaken(bool isTaken) {
 
 Vec2d pairOf(const py::object& given, const char* name) {
   const std::vector<double> xy = numbersOf(given, name, 2);
-  const Vec2d pair{xy[0], xy[1]};
-  if (!isFinite(pair)) throw Refused({{name, "two finite numbers", shown(given)}});
-  return pair;
+  if (!std::all_of(xy.begin(), xy.end(), isFactor))
+    throw Refused({{name, "two numbers from -1e100 to 1e100", shown(given)}});
+  return {xy[0], xy[1]};
 }
 
 /// A point of a link: its centre of mass, if none is given.
@@ -187,7 +189,7 @@ void bindCommands(py::class_<Running>& simulation) {
       .def(
           "hold_torque",
           [](Running& self, Given where, Given tau, Given end, Given begin) {
-            requireTaken(self.idle().holdTorque(self.joint(where), finiteOf(tau, "torque"),
+            requireTaken(self.idle().holdTorque(self.joint(where), factorOf(tau, "torque"),
                                                 numberOf(end, "until"), numberOf(begin, "start")));
           },
           joint, torque, until, start,
@@ -197,8 +199,8 @@ It acts from `start` (s) on, or at once.)")
       .def(
           "add_torque",
           [](Running& self, Given where, Given tau, Given length, Given begin) {
-            requireTaken(self.idle().addTorque(self.joint(where), finiteOf(tau, "torque"),
-                                               finiteOf(length, "duration"), numberOf(begin, "start")));
+            requireTaken(self.idle().addTorque(self.joint(where), factorOf(tau, "torque"),
+                                               factorOf(length, "duration"), numberOf(begin, "start")));
           },
           joint, torque, duration, start, "Adds a torque (N m) in a joint for exactly this duration (s).")
       .def(
@@ -206,7 +208,7 @@ It acts from `start` (s) on, or at once.)")
           [](Running& self, Given where, Given F, Given X, Given M, Given end, Given begin) {
             const int body = self.link(where);
             requireTaken(self.idle().holdForce(body, pointOf(X, self.linkAt(body)), pairOf(F, "force"),
-                                               finiteOf(M, "moment"), numberOf(end, "until"),
+                                               factorOf(M, "moment"), numberOf(end, "until"),
                                                numberOf(begin, "start")));
           },
           link, force, point, moment, until, start,
@@ -219,8 +221,8 @@ mass, as a load of a scene does. Both last until the next such call for this lin
           [](Running& self, Given where, Given F, Given X, Given length, Given M, Given begin) {
             const int body = self.link(where);
             const Vec2d pull = pairOf(F, "force"), at = pointOf(X, self.linkAt(body));
-            requireTaken(self.idle().addForce(body, at, pull, finiteOf(M, "moment"),
-                                              finiteOf(length, "duration"), numberOf(begin, "start")));
+            requireTaken(self.idle().addForce(body, at, pull, factorOf(M, "moment"),
+                                              factorOf(length, "duration"), numberOf(begin, "start")));
           },
           link, force, point, py::arg("duration") = py::none(), moment, start,
           "Adds a force and a moment, as hold_force(), for exactly this duration (s).")

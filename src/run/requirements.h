@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 
 #include "dynamics/given_state.h"
 #include "effects/commands.h"
+#include "model/number_rule.h"
 #include "planar_chain/motion_law.h"
 #include "planar_chain/scene.h"
 
@@ -34,9 +36,11 @@ inline void requireOf(const Command& command, const Scene& scene, double present
   for (const Drive& drive : scene.drives) {
     require(drive.joint != command.joint, "no torque can be commanded in a driven joint: its angle is given");
   }
-  require(std::isfinite(command.torque) && isFinite(command.point) && isFinite(command.force) &&
-              std::isfinite(command.moment),
-          "the torque, force, point and moment of a command must be finite");
+  // So the moment of the force about a pin is finite at any angle.
+  const double given[] = {command.torque,  command.moment,  command.point.x,
+                          command.point.y, command.force.x, command.force.y};
+  require(std::all_of(std::begin(given), std::end(given), isFactor),
+          "the torque, force, point and moment of a command must be numbers from -1e100 to 1e100");
   require(std::isfinite(command.start), "the start of a command must be finite");
   require(isTimed ? std::isfinite(command.stop) : !std::isnan(command.stop),
           isTimed ? "the duration of a command must be finite" : "the end of a command must be a time");

@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "model/number_rule.h"
 #include "planar_chain/fault.h"
 #include "reading/names.h"
 
@@ -118,6 +119,12 @@ inline void checkFinite(std::vector<Fault>& faults, const std::string& path, con
   faults.push_back({path, std::string("a finite number, ") + unit, toText(value)});
 }
 
+/// Adds a fault if `value` is not finite, or if products of it may overflow.
+inline void checkFactor(std::vector<Fault>& faults, const std::string& path, const char* unit, double value) {
+  if (isFactor(value)) return;
+  faults.push_back({path, std::string(factorInWords(value)) + ", " + unit, toText(value)});
+}
+
 /// Adds a fault if `value` is not 0.
 inline void checkZero(std::vector<Fault>& faults, const std::string& path, double value) {
   if (value == 0) return;
@@ -133,16 +140,17 @@ inline int find(std::vector<Fault>& faults, const std::string& path, const char*
   return -1;
 }
 
-/// Adds a fault if there is not one value per joint, and one for each value that is not finite. what, unit:
-/// such as "angles", "rad".
+/// Adds a fault if there is not one value per joint, and those of check() for each value. what, unit: such as
+/// "angles", "rad".
 inline void checkValues(std::vector<Fault>& faults, const std::string& path, const char* what,
-                        const char* unit, const std::vector<double>& values, std::size_t joints) {
+                        const char* unit, const std::vector<double>& values, std::size_t joints,
+                        decltype(checkFinite)& check = checkFinite) {
   if (values.size() != joints) {
     faults.push_back({path, std::to_string(joints) + " " + what + ", one per joint in chain order",
                       std::to_string(values.size())});
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
-    checkFinite(faults, path + "[" + std::to_string(i) + "]", unit, values[i]);
+    check(faults, path + "[" + std::to_string(i) + "]", unit, values[i]);
   }
 }
 

@@ -262,7 +262,7 @@ Faults Commands::applyTorque(const CommandTaken& input) {
   if (joint >= 0 && isDriven_[index(joint)]) {
     faults.push_back({"joint_torque/joint", "a joint that is not driven", quoted(command.joint)});
   }
-  checkFinite(faults, "joint_torque/torque", "N m", command.torque);
+  checkFactor(faults, "joint_torque/torque", "N m", command.torque);
   return start(
       faults, "joint_torque", input, command,
       [&](double duration, double at) { return simulation_->addTorque(joint, command.torque, duration, at); },
@@ -273,13 +273,13 @@ Faults Commands::applyForce(const CommandTaken& input) {
   const LinkForce& command = input.link_force.at(0);
   Faults faults;
   const int link = find(faults, "link_force/link", "link", command.link, links_, &joints_);
-  checkFinite(faults, "link_force/point/x", "m", command.point.x);
-  checkFinite(faults, "link_force/point/y", "m", command.point.y);
+  checkFactor(faults, "link_force/point/x", "m", command.point.x);
+  checkFactor(faults, "link_force/point/y", "m", command.point.y);
   checkZero(faults, "link_force/point/z", command.point.z);
-  checkFinite(faults, "link_force/force/x", "N", command.force.x);
-  checkFinite(faults, "link_force/force/y", "N", command.force.y);
+  checkFactor(faults, "link_force/force/x", "N", command.force.x);
+  checkFactor(faults, "link_force/force/y", "N", command.force.y);
   checkZero(faults, "link_force/force/z", command.force.z);
-  checkFinite(faults, "link_force/moment", "N m", command.moment);
+  checkFactor(faults, "link_force/moment", "N m", command.moment);
   const Vec2d point{command.point.x, command.point.y}, force{command.force.x, command.force.y};
   return start(
       faults, "link_force", input, command,
@@ -369,7 +369,7 @@ Faults Commands::faultsOf(const CommandTaken& step, bool isRecorded) const {
 
 Faults Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
   Faults faults;
-  checkValues(faults, path, "torques", "N m", torques, simulation_->q().size());
+  checkValues(faults, path, "torques", "N m", torques, simulation_->q().size(), checkFactor);
   for (std::size_t i = 0; i < std::min(torques.size(), isDriven_.size()); ++i) {
     if (!isDriven_[i] || torques[i] == 0) continue;
     faults.push_back({path + "[" + std::to_string(i) + "]", "0 N m in a driven joint", toText(torques[i])});
