@@ -77,8 +77,6 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   double closureError(double t, const double* y) { return coupled_ ? coupled_->closureError(t, y) : 0; }
   /// See Closure::spread(); 1 if the tip is free.
   double closureMargin(double t, const double* y) { return coupled_ ? coupled_->spread(t, y) : 1; }
-  /// True if the chain is so stretched between its ends that rounding decides how the motion goes on.
-  bool isStretched(double t, const double* y) { return coupled_ && coupled_->isStretched(t, y); }
   /// The force on the tip, N.
   Vec2d tipForce(double t, const double* y) {
     return holdsTip() ? coupled_->at(t, y).ends.tipForce : Vec2d{};

@@ -96,8 +96,8 @@ inline const char* whyStretched(const Scene& scene, double t) {
   return leavesReach(scene, t)
              ? "the laws of the held tip leave the reach of the chain (longer links, or laws that move the "
                "tip less, keep it within)"
-             : "the chain to its held tip is straight or folded: its way on is not determined "
-               "(other lengths, or another place of the tip, avoid this pose)";
+             : "the chain to its held tip is straight or folded: there is no way on, or more than one "
+               "(other lengths, drives, or another place of the tip avoid this pose)";
 }
 
 /// Writes why the last rung failed at t, y. gap: of the energy balance, J.
@@ -105,6 +105,8 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
                             ode::Outcome outcome, double gap, Dynamics& dynamics,
                             const Coordinates& coordinates) {
   constexpr double fastest = 1e20;  // rad/s², m/s²: 2e4 rad/s within the rounding of t at 1 s
+  // Steps that approach a stretched pose become too small at margins below 2e-7.
+  constexpr double stretched = 1e-6;
   std::vector<double> qdd(scene.q.size());
   dynamics.accelerations(t, y, qdd.data());
   coordinates.toRelative(qdd.data(), qdd.data());
@@ -124,7 +126,7 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
                   joint.slides ? "m/s²" : "rad/s²", joint.name.c_str());
   }
   const bool isLast = outcome == ode::Outcome::stepTooSmall && leavesReach(scene, t);
-  if (outcome == ode::Outcome::undetermined || isLast || dynamics.isStretched(t, y))
+  if (outcome == ode::Outcome::undetermined || isLast || dynamics.closureMargin(t, y) < stretched)
     std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
   char text[300];
   std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; ", scene.integrator.method.c_str(), t, why);
