@@ -51,8 +51,6 @@ struct BaseWrench {
   double torque = 0;
 };
 
-class CommandEffect;
-
 class Simulation {
  public:
   /// Starts at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are timed or
@@ -92,7 +90,7 @@ class Simulation {
   // At the present state, computed when called.
   Energy energy() const;
   EnergyBalance energyBalance() const;
-  // These evaluate the dynamics, which they share with advanceTo(): they are not const.
+  // These evaluate the dynamics, in memory of their own: no call changes a bit of the motion.
   /// Writes q̈, n values, rad/s².
   void accelerations(double* qdd);
   /// Writes the whole torque in each joint, of springs, dampers, stops, friction, drives, loads and commands:
@@ -167,9 +165,8 @@ class Simulation {
 
  private:
   struct Parts;
-  CommandEffect* commandEffect() const;  ///< nullptr: this simulation accepts no commands
-  Scene scene_;                          ///< with the laws that drive at present, and the tolerance
-  const std::vector<Drive> drives_;      ///< those of the start
+  Scene scene_;                      ///< with the laws that drive at present, and the tolerance
+  const std::vector<Drive> drives_;  ///< those of the start
   const std::optional<BaseLaws> base_;
   const IntegratorSettings integrator_;
   const int commandCapacity_;

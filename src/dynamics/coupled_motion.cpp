@@ -15,6 +15,7 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
       stepped_(mechanism, effects),
       asked_(stepped_),
       whole_(stepped_),
+      queried_(stepped_),
       held_(n_),
       scratch_(index(n_)),
       settled_(2 * scratch_.size()) {
@@ -33,7 +34,7 @@ std::string CoupledMotion::recursion() const {
 }
 
 void CoupledMotion::forget(bool holds) {
-  stepped_.isKnown = asked_.isKnown = whole_.isKnown = false;
+  stepped_.isKnown = asked_.isKnown = whole_.isKnown = queried_.isKnown = false;
   if (holds) evaluator_.forgetCouplings();
   if (!welded_) return;
   welded_->hasConstantMoments = false;
@@ -77,6 +78,14 @@ const Evaluation& CoupledMotion::at(double t, const double* y) {
   return whole_;
 }
 
+const Evaluation& CoupledMotion::query(double t, const double* y) {
+  for (const Evaluation* known : {&stepped_, &asked_}) {
+    if (!isWelded() && known->isAt(t, y)) return *known;
+  }
+  if (!queried_.isAt(t, y)) evaluator_.evaluate(t, y, queried_);
+  return queried_;
+}
+
 Powers CoupledMotion::powers(double t, const double* y) {
   if (!isWelded()) return at(t, y).powers;
   // Nothing is driven, and no power depends on where the pins are.
@@ -98,14 +107,15 @@ JointAnswer CoupledMotion::answer(double t, const double* y) {
 }
 
 void CoupledMotion::torques(double t, const double* y, double* tau) {
-  const Evaluation& at = this->at(t, y);
+  const Evaluation& at = query(t, y);
+  const std::vector<Coupling<double>>& joints = couplings(t).joints;
   std::fill_n(tau, n_, 0.0);
   for (const auto& effect : effects_.all()) {
     if (effect->coupler()) effect->addTorques(at.state(), tau);
   }
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
-    const Coupling<double>& joint = evaluator_.couplings().joints[index(i)];
+    const Coupling<double>& joint = joints[index(i)];
     if (joint.isHeld) tau[i] += at.moments[index(i)] + joint.rotor * coordinates_.relative(at.slopes(), i);
   }
 }
@@ -120,7 +130,7 @@ Powers CoupledMotion::weldedPowers(const ChainState& at, double* N) {
 void CoupledMotion::runWelded(double t, const double* y, Evaluation& to) {
   Welded& welded = *welded_;
   if (!welded.isWelded) {
-    welded.chain.weld(given(t));
+    welded.chain.weld(couplings(t));
     welded.isWelded = true;
   }
   to.isKnown = true;
@@ -138,13 +148,13 @@ void CoupledMotion::runWelded(double t, const double* y, Evaluation& to) {
 
 // ---- Held joints ---------------------------------------------------------------------------------------
 
-const Couplings& CoupledMotion::given(double t) {
+const Couplings& CoupledMotion::couplings(double t) {
   effects_.couple(t, 0, held_);
   return held_;
 }
 
 bool CoupledMotion::hold(double t, double* y) {
-  const Couplings& given = this->given(t);
+  const Couplings& given = couplings(t);
   bool any = false;
   for (int i = 0; i < n_; ++i) {
     if (!given.joints[index(i)].isHeld) continue;

@@ -7,8 +7,8 @@
 /// (welded_chain.h).
 ///
 /// Results at a state are kept, by its time and all its numbers: the same state is not computed again. Those
-/// for the steps of a method are kept apart from others. So no question between two steps changes a bit of
-/// the motion.
+/// for the steps of a method, for switches and for queries are kept apart. So no query between two steps
+/// changes a bit of the motion.
 ///
 /// States y = [ψ ψ̇] are in chain order.
 
@@ -35,7 +35,7 @@ class CoupledMotion final : private Mechanics {
   std::string recursion() const;
   /// True if bodies that stick together may be welded.
   bool isWeldable() const { return welded_.has_value(); }
-  /// The number of states that were computed.
+  /// The number of states that were computed, but for queries.
   long long evaluations() const { return evaluations_; }
 
   // ---- What acts has changed: call one of these -------------------------------------------------------
@@ -57,10 +57,14 @@ class CoupledMotion final : private Mechanics {
   void endedAt(ode::State& state) const;
   /// The powers alone.
   Powers powers(double t, const double* y);
-  /// Everything. Does not change what rates() will give.
+  /// Everything: for a Jacobian or a series. Does not change what rates() will give.
   const Evaluation& at(double t, const double* y);
+  /// Everything: for a query. Changes nothing that the functions above give or count.
+  const Evaluation& query(double t, const double* y);
+  /// What couples at t.
+  const Couplings& couplings(double t);
   Evaluator& evaluator() { return evaluator_; }
-  /// Writes the torques of drives, rotors left out, and of friction, n values.
+  /// A query: writes the torques of drives, rotors left out, and of friction, n values.
   void torques(double t, const double* y, double* tau);
 
   // ---- Held joints: driven or stuck ---------------------------------------------------------------------
@@ -68,7 +72,7 @@ class CoupledMotion final : private Mechanics {
   /// Puts held joints where they are at t, exactly. Returns true if there are any.
   bool hold(double t, double* y);
   /// The same for relative angles and rates.
-  void hold(double t, double* q, double* qd) { given(t).hold(q, qd); }
+  void hold(double t, double* q, double* qd) { couplings(t).hold(q, qd); }
 
   // ---- A held tip ----------------------------------------------------------------------------------------
 
@@ -76,9 +80,11 @@ class CoupledMotion final : private Mechanics {
   /// nullptr. Returns false if it cannot.
   bool project(double t, double* y, double* carry);
   /// The distance of the tip from where it is held, m; 0 if it is free.
-  double closureError(double t, const double* y) { return closure_ ? length(closure_->gap(given(t), y)) : 0; }
+  double closureError(double t, const double* y) {
+    return closure_ ? length(closure_->gap(couplings(t), y)) : 0;
+  }
   /// See Closure::spread(); 1 if the tip is free.
-  double spread(double t, const double* y) { return closure_ ? closure_->spread(given(t), y) : 1; }
+  double spread(double t, const double* y) { return closure_ ? closure_->spread(couplings(t), y) : 1; }
   bool isStretched(double t, const double* y) override {
     // Rounding, 1e-16, grows by one over the margin in the force on the tip: beyond this to 1e-7 of it.
     // Larger, motions that only come near such a pose are stopped; smaller, rounding chooses their way.
@@ -104,8 +110,6 @@ class CoupledMotion final : private Mechanics {
     isWelded() ? runWelded(t, y, own) : evaluator_.evaluate(t, y, own);
     return own;
   }
-  /// What couples at t.
-  const Couplings& given(double t);
   JointAnswer answer(double t, const double* y) override;
   void settle(double t, double* y, double most) override;
   void forget(bool holds) override;
@@ -117,9 +121,10 @@ class CoupledMotion final : private Mechanics {
   Effects& effects_;
   int n_;
   Evaluator evaluator_;
-  // Of rates(), and of other questions: of the welded chain, if there is one, without what only at() has.
+  // Of rates(), and of switches and at(): of the welded chain, if there is one, without what only at() has.
   Evaluation stepped_, asked_;
   Evaluation whole_;  ///< of at(), beside a welded chain
+  Evaluation queried_;
   std::optional<Welded> welded_;
   std::optional<Closure> closure_;  ///< if the tip is held
   Couplings held_;

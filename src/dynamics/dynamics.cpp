@@ -212,7 +212,7 @@ void Dynamics::reserve(int complexCount) {
 void Dynamics::linearize(double t, const double* y, double* dydt) {
   ++evaluations_;
   evaluate(t, y, dydt);
-  if (coupled_) return solve_->linearize(coupled_->at(t, y), coupled_->evaluator().couplings());
+  if (coupled_) return solve_->linearize(coupled_->at(t, y), coupled_->couplings(t));
   solve_->linearize(t, y, dydt, outside_);
 }
 
@@ -261,13 +261,17 @@ Energy Dynamics::energy(double t, const double* y) const {
 }
 
 void Dynamics::accelerations(double t, const double* y, double* alpha) {
+  if (coupled_) {
+    std::copy_n(coupled_->query(t, y).slopes(), n_, alpha);
+    return;
+  }
   evaluateInOrder(t, y, room_.derivative.data());
   std::copy_n(room_.derivative.data() + n_, n_, alpha);
 }
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   if (coupled_) {
-    const Evaluation& at = coupled_->at(t, y);
+    const Evaluation& at = coupled_->query(t, y);
     const Vec2d acceleration = at.ground + mechanism_.chain().gravity();
     const Vec2d* F = effects_.acting() == LoadKind::forces ? at.F.data() : nullptr;
     return moveLinks({at.base.pin, at.base.velocity, acceleration, at.base.angle, at.turn(), y, at.e.data(),
@@ -327,7 +331,7 @@ void Dynamics::jointTorques(double t, const double* y, double* tau) {
   ChainState at{t, y, y + n_};
   if (coupled_) {
     coupled_->torques(t, y, tau);
-    at = coupled_->at(t, y).state();
+    at = coupled_->query(t, y).state();
   }
   for (Effect* effect : effects_.active()) {
     if (!effect->coupler()) effect->addTorques(at, tau);

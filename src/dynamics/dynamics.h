@@ -55,6 +55,9 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void enter(double t);
   /// Call it after enter(): joints that stick may break loose, and switches of motors may be due.
   void reconsider(double t, double* y);
+  /// See Effect. Call enter() after recall().
+  void remember() { effects_.remember(); }
+  void recall() { effects_.recall(); }
   /// Sets every switch for a state in chain order.
   void enterState(double t, const double* y);
   /// Makes the switches that are due at a state in chain order. Joints that come to rest are held.
@@ -79,7 +82,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   double closureMargin(double t, const double* y) { return coupled_ ? coupled_->spread(t, y) : 1; }
   /// The force on the tip, N.
   Vec2d tipForce(double t, const double* y) {
-    return holdsTip() ? coupled_->at(t, y).ends.tipForce : Vec2d{};
+    return holdsTip() ? coupled_->query(t, y).ends.tipForce : Vec2d{};
   }
 
   // ---- Results; states in chain order ---------------------------------------------------------------

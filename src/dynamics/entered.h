@@ -24,7 +24,7 @@ struct Entered {
     motion.forget();
   }
 
-  const Evaluation& evaluation() { return motion.at(t, y.data()); }
+  const Evaluation& evaluation() { return motion.query(t, y.data()); }
 
   Effects effects;
   Mechanism mechanism;

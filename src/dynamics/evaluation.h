@@ -78,8 +78,6 @@ class Evaluator {
   /// The torques that give the bodies these q̈ under the forces and moments of an evaluation without those
   /// `less`. Writes μ of the joints, n values. The next evaluate() takes the couplings again.
   void invert(const Evaluation& at, const double* less, const double* qdd, double* moments);
-  /// The couplings of the last evaluate().
-  const Couplings& couplings() const { return couplings_; }
   /// Call it if something couples otherwise than before, apart from what varies with time.
   void forgetCouplings() { hasCouplings_ = false; }
   std::string recursion() const {

@@ -45,7 +45,7 @@ void addCouplings(Entered& entered, ActiveForces& active) {
   active.tau += tau;
   active.rotors.resize(chain.size());
   for (int i = 0; i < chain.size(); ++i) active.rotors[i] = inertiaIn(chain.joints()[index(i)]);
-  const Couplings& now = entered.motion.evaluator().couplings();
+  const Couplings& now = entered.motion.couplings(entered.t);
   active.acceleration = now.pinAcceleration();
   active.angle = now.angle.value;
   active.rate = now.angle.rate;

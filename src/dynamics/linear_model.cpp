@@ -19,6 +19,7 @@ LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, 
   tangents.takeConstant(entered.effects);
   tangents.takeJoints(entered.effects, at.state());
   tangents.takeForces(entered.effects, at.state());
+  const Couplings& couplings = entered.motion.couplings(t);
   const bool hasForces = entered.effects.acting() == LoadKind::forces;
 
   // δq̈ while joint j, with all that turns with it, turns or slides by `turn`, speeds up by `speed`, and has
@@ -33,7 +34,7 @@ LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, 
     }
     std::fill(change.N.begin(), change.N.end(), 0.0);
     coordinates.addTorque(torque, j, change.N.data());
-    change.find(at, hasForces, entered.motion.evaluator().couplings(), tangents);
+    change.find(at, hasForces, couplings, tangents);
     Eigen::VectorXd result(n);
     coordinates.toRelative(change.alpha.data(), result.data());
     return result;

@@ -9,8 +9,8 @@ CommandEffect::CommandEffect(const Chain& chain, int capacity)
     : TimedTerms(chain.coordinates(), 2 * chain.joints().size() + index(capacity), 0),
       capacity_(index(capacity)),
       held_(2 * chain.joints().size()),
-      sidesCutOff_(chain.joints().size()),
-      cutOffs_(chain.joints().size()) {
+      cut_{std::vector<int>(chain.joints().size()), std::vector<long long>(chain.joints().size())},
+      remembered_(cut_) {
   for (const Joint& joint : chain.joints()) {
     limits_.push_back(joint.has("effort_limit") ? joint.other("effort_limit")
                                                 : std::numeric_limits<double>::infinity());
@@ -121,8 +121,8 @@ void CommandEffect::cutOff(double t) {
   for (std::size_t i = 0; i < limits_.size(); ++i) {
     if (std::isinf(limits_[i])) continue;
     const int side = sideAt(t, i);
-    cutOffs_[i] += side != 0 && side != sidesCutOff_[i];
-    sidesCutOff_[i] = side;
+    cut_.counts[i] += side != 0 && side != cut_.sides[i];
+    cut_.sides[i] = side;
     if (side == 0 || hasMotor(static_cast<int>(i))) continue;
     Command limit;
     limit.joint = static_cast<int>(i);

@@ -47,8 +47,10 @@ class CommandEffect : public TimedTerms {
   virtual void finish(double /*t*/) {}
   /// True if a command for this joint acts from its start on; `none`: for a link.
   bool isPrompt(int joint) const { return delayOf(joint) == 0; }
+  void remember() override { remembered_ = cut_; }
+  void recall() override { cut_ = remembered_; }
   /// Returns how often the torque in each joint came to be cut off.
-  const std::vector<long long>& cutOffs() const { return cutOffs_; }
+  const std::vector<long long>& cutOffs() const { return cut_.counts; }
 
  protected:
   void list(double t) override;
@@ -70,16 +72,18 @@ class CommandEffect : public TimedTerms {
   int sideAt(double t, std::size_t joint) const;
   /// Notes where that is so, and lists the limit in place of the commands.
   void cutOff(double t);
-  bool isCutOff(int joint) const { return joint != Load::none && sidesCutOff_[index(joint)] != 0; }
+  bool isCutOff(int joint) const { return joint != Load::none && cut_.sides[index(joint)] != 0; }
 
   std::size_t capacity_;
   std::vector<Command> held_;     ///< of each joint, then of each link
   std::vector<Command> waiting_;  ///< to be held, in the order in which they will act
   std::vector<Command> timed_;
-  std::vector<double> limits_;    ///< N m; infinite: no limit
-  std::vector<double> delays_;    ///< s
-  std::vector<int> sidesCutOff_;  ///< ±1 above or below the limit; 0: not cut off
-  std::vector<long long> cutOffs_;
+  std::vector<double> limits_;  ///< N m; infinite: no limit
+  std::vector<double> delays_;  ///< s
+  struct Cut {
+    std::vector<int> sides;         ///< ±1 above or below the limit; 0: not cut off
+    std::vector<long long> counts;  ///< how often it came to be
+  } cut_, remembered_;              ///< of each joint
 };
 
 /// Key `effort_limit` of a joint.

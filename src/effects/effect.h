@@ -200,6 +200,11 @@ class Effect {
   /// Adds ∂N/∂t and ∂F/∂t. Returns ∂power/∂t.
   virtual Powers applyRates(const ChainState& /*at*/, const Actions& /*to*/) { return {}; }
 
+  /// Remembers what does not follow from time, state and commands alone: what sticks, what lags. recall()
+  /// restores it, and enter() is called next.
+  virtual void remember() {}
+  virtual void recall() {}
+
   // ---- Its Taylor series --------------------------------------------------------------------------------
 
   /// False if it has no series: method taylor is then refused, and auto does without it.

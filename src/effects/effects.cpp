@@ -83,6 +83,14 @@ void Effects::change(double t, double* y, const ode::Crossing& found) {
   }
 }
 
+void Effects::remember() {
+  for (const auto& effect : all_) effect->remember();
+}
+
+void Effects::recall() {
+  for (const auto& effect : all_) effect->recall();
+}
+
 void Effects::listActive() {
   active_.clear();
   activeInOrder_.clear();

@@ -38,6 +38,8 @@ class Effects : public ode::Switches {
   void enter(double t);
   void enterState(double t, const double* y);
   void change(double t, double* y, const ode::Crossing& found = {});
+  void remember();
+  void recall();
 
   bool act() const { return acting_ != LoadKind::nothing; }
   LoadKind acting() const { return acting_; }

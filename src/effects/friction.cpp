@@ -21,8 +21,11 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         isClosed_(isClosed),
         n_(chain.size()),
         joints_(chain, tolerance),
+        remembered_(joints_),
         instant_(joints_, n_) {
     yield_.setZero(n_);
+    rememberedYield_ = yield_;
+    remembered_.reserve();
     atRest_.reserve(joints_.joints().size());
     others_.reserve(joints_.joints().size());
   }
@@ -46,6 +49,14 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     return {0, change};
   }
   void enter(double /*t*/) override { instant_.forget(); }
+  void remember() override {
+    remembered_ = joints_;
+    rememberedYield_ = yield_;
+  }
+  void recall() override {
+    joints_ = remembered_;
+    yield_ = rememberedYield_;
+  }
   Coupler* coupler() override { return this; }
   void couple(double /*t*/, int k, Couplings& to) const override {
     for (const int i : joints_.stuck()) {
@@ -247,10 +258,11 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   Coordinates coordinates_;
   bool isClosed_;
   int n_;
-  StickSlip joints_;
+  StickSlip joints_, remembered_;
   SwitchInstant instant_;
   Mechanics* mechanics_ = nullptr;
   Eigen::ArrayXd yield_;  ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
+  Eigen::ArrayXd rememberedYield_;
 
   // Of the present change:
   double t_ = 0;

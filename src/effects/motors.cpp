@@ -201,6 +201,7 @@ class MotorCommands final : public CommandEffect, public Switching {
       has_.push_back(isMoved(joint));
       if (has_.back()) motors_.emplace_back(coordinates_, i, joint);
     }
+    remembered_ = motors_;
     hasLines_ =
         std::any_of(motors_.begin(), motors_.end(), [](const Motor& motor) { return motor.hasLine(); });
   }
@@ -214,6 +215,14 @@ class MotorCommands final : public CommandEffect, public Switching {
       if (torque != 0) loads.push_back({"motor", Load::none, {}, {}, 0, motor.q.joint, torque});
     }
     return loads;
+  }
+  void remember() override {
+    CommandEffect::remember();
+    remembered_ = motors_;
+  }
+  void recall() override {
+    CommandEffect::recall();
+    motors_ = remembered_;
   }
   void finish(double t) override {
     for (Motor& motor : motors_) {
@@ -312,7 +321,7 @@ class MotorCommands final : public CommandEffect, public Switching {
 
   Coordinates coordinates_;
   int n_;
-  std::vector<Motor> motors_;
+  std::vector<Motor> motors_, remembered_;
   std::vector<bool> has_;  ///< of each joint: a motor
   bool hasLines_ = false, isLagging_ = false, act_ = false;
 };

@@ -77,10 +77,12 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
     sliding_[i] = joint.other("friction");
     hasBreakaway_ = hasBreakaway_ || breakaway_[i] > sliding_[i];
   }
-  stuck_.reserve(joints_.size());
-  before_.reserve(joints_.size());
-  loose_.reserve(joints_.size());
+  reserve();
   for (const int i : joints_) band_[i] = ownBand(i);
+}
+
+void StickSlip::reserve() {
+  for (std::vector<int>* list : {&stuck_, &before_, &loose_}) list->reserve(joints_.size());
 }
 
 double StickSlip::ownBand(int joint) const {

@@ -42,7 +42,7 @@ inline bool mayStick(const Joint& joint) {
   return joint.other("friction") > 0 || joint.other("breakaway") > 0;
 }
 
-/// Only the constructor allocates.
+/// Only the constructor and reserve() allocate.
 class StickSlip {
  public:
   using Numbers = Eigen::ArrayXd;
@@ -52,6 +52,8 @@ class StickSlip {
 
   /// tolerance: of rates, per second; 0 without error control.
   StickSlip(const Chain& chain, double tolerance);
+  /// Reserves memory for lists of all joints: call it after a copy. Allocates.
+  void reserve();
 
   // ---- The joints ---------------------------------------------------------------------------------------
 

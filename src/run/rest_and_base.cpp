@@ -1,15 +1,14 @@
 #include <algorithm>
 
 #include "dynamics/equilibrium.h"
-#include "effects/commands.h"
 #include "effects/effect_kind.h"
 #include "ode/methods.h"
-#include "planar_chain/simulation.h"
+#include "run/simulation_parts.h"
 
 namespace planar_chain {
 
 std::vector<Load> Simulation::commands() const {
-  const CommandEffect* commands = commandEffect();
+  const CommandEffect* commands = parts_->commands;
   if (!commands) return {};
   std::vector<double> omega(qd().size());
   scene_.chain.coordinates().toAbsolute(qd().data(), omega.data());
@@ -26,13 +25,14 @@ double Simulation::tolerance() const {
 
 void Simulation::settle(const std::function<bool()>& keepGoing) {
   Scene present = scene_;
-  CommandEffect* commands = commandEffect();
+  CommandEffect* commands = parts_->commands;
   if (commands) {
     for (Load& command : commands->inForce(time(), nullptr)) present.loads.push_back(std::move(command));
   }
   const std::vector<double> rest = equilibriumOf(present, time(), q(), mostSearchSteps, keepGoing);
   std::vector<double> still(rest.size(), 0.0);
   for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
+  parts_->undoTrial();
   if (commands) commands->finish(time());
   setState(rest, still);
 }

@@ -27,7 +27,7 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
     throw Refused({{"t", "a finite number >= " + toText(p.state.t) + " s, the present time", toText(t)}});
   }
   if (!p.fault.empty()) return false;
-  p.settled();
+  p.begin();
   if (p.sampler && p.state.t < t) p.sampler->measureAt(p.state);  // at time 0, once something moves
   bool isWanted = true;
   while (p.state.t < t && p.fault.empty() && (isWanted || p.unchecked > 0)) {
@@ -144,11 +144,7 @@ bool Simulation::addForce(int link, Vec2d point, Vec2d force, double moment, dou
 void Simulation::clearCommands() {
   if (!parts_->commands) return;
   parts_->commands->clear();
-  parts_->actsOtherwise = true;
-}
-
-CommandEffect* Simulation::commandEffect() const {
-  return parts_->commands;
+  parts_->actOtherwise();
 }
 
 const std::vector<long long>& Simulation::cutOffs() const {
@@ -167,7 +163,7 @@ void Simulation::follow(int joint, MotionLaw law) {
   requireContinuation(law, time(), q()[index(joint)], qd()[index(joint)]);
   for (Coupler* coupler : parts_->dynamics.effects().couplers()) coupler->follow(joint, law);
   drive->law = std::move(law);
-  parts_->actsOtherwise = true;
+  parts_->actOtherwise();
 }
 
 void Simulation::followBase(BaseLaws laws) {
@@ -178,7 +174,7 @@ void Simulation::followBase(BaseLaws laws) {
   }
   for (Coupler* coupler : parts_->dynamics.effects().couplers()) coupler->followBase(laws);
   scene_.base = std::move(laws);
-  parts_->actsOtherwise = true;
+  parts_->actOtherwise();
 }
 
 void Simulation::setTolerance(double tolerance) {

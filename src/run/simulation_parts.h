@@ -48,6 +48,8 @@ struct Simulation::Parts {
   std::vector<double> q = scene.q, qd = scene.qd;
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
+  bool isTried = false;        // for a query, the dynamics have taken what acts otherwise since `untried`
+  Eigen::VectorXd untried = y;
   std::string fault;
   std::unique_ptr<Sampler> sampler;  // nullptr: nothing is measured
 
@@ -82,6 +84,7 @@ struct Simulation::Parts {
   void restore() { dynamics.restore(state.y.data(), y.data()); }
 
   void set(std::vector<double> newQ, std::vector<double> newQd) {
+    undoTrial();
     std::vector<Fault> faults;
     stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
     if (!faults.empty()) throw Refused(std::move(faults));
@@ -135,10 +138,37 @@ struct Simulation::Parts {
     actsOtherwise = false;
   }
 
-  /// The dynamics as of the last command.
+  /// The dynamics as of the last command: for a query.
   Dynamics& settled() {
-    if (actsOtherwise) actAnew();
+    if (actsOtherwise) {
+      dynamics.remember();
+      untried = y;
+      actAnew();
+      isTried = true;
+    }
     return dynamics;
+  }
+
+  /// Goes back to before the queries at this time, so that the next commands find what they would find
+  /// without them.
+  void undoTrial() {
+    if (!std::exchange(isTried, false)) return;
+    dynamics.recall();
+    y = untried;
+    takeChain();
+    actsOtherwise = true;
+  }
+
+  /// Call after commands or laws change.
+  void actOtherwise() {
+    undoTrial();
+    actsOtherwise = true;
+  }
+
+  /// Before the first step from here.
+  void begin() {
+    isTried = false;
+    if (actsOtherwise) actAnew();
   }
 
   /// Gives a command from `start` on: held to the time `last`, or timed, for `last` seconds.
@@ -148,7 +178,7 @@ struct Simulation::Parts {
     command.stop = isTimed ? command.start + last : last;
     requireOf(command, scene, state.t, isTimed);
     const bool taken = isTimed ? commands->add(command, state.t) : commands->hold(command, state.t);
-    if (taken && command.start <= state.t && commands->isPrompt(command.joint)) actsOtherwise = true;
+    if (taken && command.start <= state.t && commands->isPrompt(command.joint)) actOtherwise();
     return taken;
   }
 
