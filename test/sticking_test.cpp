@@ -156,7 +156,8 @@ TEST(Sticking, IsPassedInAClosedChain) {
                "dop853",
                1e-5,
                {0.0292213703854296, 0.05713748388244, 0.49055944217087455}},
-              {"passes_rest_on_a_line", "ros34pw2", 1e-7, {0.5}}};
+              {"passes_rest_on_a_line", "ros34pw2", 1e-7, {0.5}},
+              {"turns_back_alone", "dop853", 1e-4, {0.98}}};
   for (const auto& run : runs) {
     const Scene scene = test::referenceScene(std::string("sticking/") + run.scene + ".yaml");
     const std::vector<double> found = at(run.rows, scene, run.method, run.tolerance),

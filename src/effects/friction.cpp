@@ -117,10 +117,11 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     constexpr double rounding = 1e-10, any = std::numeric_limits<double>::infinity();
     mechanics_->settle(t, y, rounding);
     decide(t, y);
-    // Those that stick take the others with them.
     if (!isClosed_) return;
     do {
-      mechanics_->settle(t, y, any);
+      // Those that stick take the others with them.
+      const auto moves = [&](int joint) { return !joints_.isAtRest(joint, y + n_); };
+      if (std::any_of(joints_.stuck().begin(), joints_.stuck().end(), moves)) mechanics_->settle(t, y, any);
     } while (followRates(t, y));
   }
   double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }

@@ -114,6 +114,11 @@ void StickSlip::findSlidesSlope(const double* alpha, Numbers& slope) const {
   slope.tail(others) = -direction_.tail(others) * (outer - inner);
 }
 
+bool StickSlip::isAtRest(int joint, const double* omega) const {
+  const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
+  return std::abs(outer - inner) <= 4 * epsilon * (std::abs(outer) + std::abs(inner));
+}
+
 double StickSlip::looseDue(int joint, const double* omega) const {
   const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
   return std::abs(outer - inner) - 8 * epsilon * (std::abs(outer) + std::abs(inner)) - looseRate(joint);

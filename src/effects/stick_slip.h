@@ -86,6 +86,8 @@ class StickSlip {
   void findSlidesDue(const double* omega, Numbers& due) const;
   /// Their derivatives, but for rounding, rad/s².
   void findSlidesSlope(const double* alpha, Numbers& slope) const;
+  /// True if the rate is rounding.
+  bool isAtRest(int joint, const double* omega) const;
   /// How far a loose joint has come to slide, rad/s.
   double looseDue(int joint, const double* omega) const;
   /// The least |q̇| of a loose joint that counts, rad/s, of a slide m/s.
