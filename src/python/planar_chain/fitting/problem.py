@@ -19,6 +19,7 @@ DIFFERENCE, DELAY_DIFFERENCE = 1e-5, 1e-4  # of an unknown for its column, relat
 DELAY_SCALE = 0.1  # s, of a delay: an early window in which no torque changes does not tell it
 HIDDEN = 0.3  # of the motion: with 3.5 samples a period so much of it is not seen, and many numbers are the best of their neighbours
 FEW = 8  # runs of a batch that take less time than to start threads
+MOST_STEPS = 20_000  # of a run, for each second; a good fit takes some hundred. Larger, wild runs far from the data cost minutes
 CLOSE = 8e-3  # s: between such times angles are interpolated, where a step would have to end at each time
 
 
@@ -144,6 +145,7 @@ class Problem:
             grid = self._grid(np.unique(np.concatenate(list(times.values()))), bool(scene.to_dict().get("loads")))
             runs = simulate_many(scene, grid, initial=np.array([rows[k][2] for k in members]),
                                  parameters=self.parameters(rows[members[0]][0], [rows[k][1] for k in members]),
+                                 most_steps=int(MOST_STEPS * max(1.0, grid[-1])),
                                  threads=1 if self.is_plain and len(members) <= FEW else 0)
             self.runs += len(members)
             self.reason = next(iter(runs.reasons.values()), self.reason)
