@@ -264,14 +264,14 @@ def solved(scene, problem, windows, progress):
 def with_rests(result, scene, problem, windows, progress):
     """The Fit with the rests before the motions too, where these show what the motions leave open; else the result."""
     rests = [one.rest for one in problem.recordings if one.rest and len(one.rest) >= LEAST_SAMPLES and one.rest.duration >= windows[0]]
-    if not rests or not result.open or result.interrupted:
+    if not rests or not result.open or result.bad or result.interrupted:
         return result
     names, whole = ", ".join(one.name for one in rests), [*problem.recordings, *rests]
     try:
         more = solved(scene, Problem(scene, whole, problem.numbers, problem.has_offsets, problem.has_delay), windows, progress)
     except BadFit:
         return result
-    if more.bad and not result.bad and not more.interrupted:
+    if more.bad and not more.interrupted:
         result.warnings.append(f"{names}: a rest before the motion, left out, as the scene does not follow it")
     elif more.combinations < result.combinations and not more.interrupted:
         shown = [path for path in result.open if path not in more.open] or result.open
