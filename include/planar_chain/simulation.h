@@ -3,8 +3,8 @@
 /// A scene in motion: advance it to a time, read its state, apply forces and torques.
 ///
 /// A simulation uses no clock, no ROS and no files. It is deterministic: the same calls give the same bits.
-/// It allocates in the constructor, in reset(), in the first rescue by another method, in the first query
-/// after a command, where it fails, and if it measures.
+/// It allocates in the constructor, in reset(), in the first rescue by another method, where it
+/// fails, and if it measures.
 ///
 /// Every few steps a guard checks the energy balance (run/energy_guard.h). If the balance does not close, or
 /// the method fails, the simulation returns to the last good state and repeats the steps: first with an

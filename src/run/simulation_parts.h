@@ -49,7 +49,7 @@ struct Simulation::Parts {
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
   bool isTried = false;        // for a query, the dynamics have taken what acts otherwise since `untried`
-  Eigen::VectorXd untried;
+  Eigen::VectorXd untried = y;
   std::string fault;
   std::unique_ptr<Sampler> sampler;  // nullptr: nothing is measured
 
