@@ -4,7 +4,7 @@
     stuck_test.py BIN [RUNS [SEED]]        BIN is not used; PYTHONPATH finds planar_chain
 
 Starts, springs, masses, friction, methods, tolerances and the times of results are random. The invariant needs no other
-program. By hand, run thousands: once, about one of 400 failed. Prints each run that fails.
+program. By hand, run thousands: once, one to three of a thousand failed. Prints each run that fails.
 """
 import os
 import random
