@@ -30,7 +30,7 @@ else
   to_test=(libkdl-parser-dev librostest-dev python3-{distributed,rostest,tornado})
   grep -q bullseye /etc/os-release || to_test+=(libmujoco-dev)  # not in Debian 11
 fi
-to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools qemu-user shellcheck valgrind)
+to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools python3-venv qemu-user shellcheck valgrind)
 
 # Installs those of the packages named that are missing; asks nothing, and needs no network if none is.
 install_missing() {

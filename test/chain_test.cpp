@@ -55,6 +55,17 @@ TEST(Chain, KeepsWhatItIsGiven) {
   EXPECT_EQ(chain.gravity(), (Vec2d{1, 2}));
 }
 
+TEST(Chain, SharesItsValuesWithItsCopies) {
+  const std::vector<Link> links{rod("cart"), rod("pole")};
+  std::vector<Joint> joints = jointsFor(links);
+  joints[0].slides = true;
+  const Chain chain(links, joints, {}), copy = chain, pole = chain.withoutSlides();
+  EXPECT_EQ(&copy.links(), &chain.links());
+  EXPECT_EQ(pole.links()[0].name, "pole");
+  EXPECT_EQ(&copy.withoutSlides().joints(), &pole.joints());
+  EXPECT_EQ(&pole.withoutSlides().joints(), &pole.joints());
+}
+
 TEST(Chain, RefusesEveryValueOutOfRangeAtOnce) {
   std::vector<Link> links{rod("a"), rod("b"), rod("c")};
   links[0].mass = 0;

@@ -1,6 +1,6 @@
-/// What instructions.py counts: evaluations, the exact solve and steps, on short and long chains. A program,
-/// not a test; it writes what it has called, and how often. With any argument it writes nanoseconds instead,
-/// for slowdown.py.
+/// What instructions.py counts: simulations made, evaluations, the exact solve and steps, on short and long
+/// chains. A program, not a test; it writes what it has called, and how often. With any argument it writes
+/// nanoseconds instead, for slowdown.py.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -18,6 +18,7 @@
 #include "dynamics/dynamics.h"
 #include "lanes/kernel.h"
 #include "ode/methods.h"
+#include "planar_chain/simulation.h"
 #include "random_scene.h"
 
 using namespace planar_chain;
@@ -104,6 +105,7 @@ class Chains {
 
   bool countAll() {
     const double* y = start_.y.data();
+    if (n_ <= 11) count("simulation made", [&] { Simulation simulation(scene_); });
     count("evaluation in order", [&] { dynamics_.derivative(time(), y_.data(), slope_.data()); });
     count("evaluation", [&] { dynamics_.rates(time(), y, rates_.data() + dynamics_.positions()); });
     count("linearize", [&] { dynamics_.linearize(time(), y, rates_.data()); });

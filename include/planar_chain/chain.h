@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -156,7 +157,7 @@ struct Coordinate {
 std::vector<Fault> faultsOf(const Link& link, bool slides = false);
 std::vector<Fault> faultsOf(const Joint& joint);
 
-/// A chain whose values have been checked. Immutable.
+/// A chain whose values have been checked. Immutable. Copies share the values.
 class Chain {
  public:
   /// joints[i] is at the inner pin of links[i]. gravity: m/s², base frame.
@@ -169,23 +170,29 @@ class Chain {
   /// out stands still, or has I = 0 and turns about its centre of mass, which stays.
   Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity);
 
-  int size() const { return static_cast<int>(links_.size()); }  ///< n
-  int slides() const { return slides_; }                        ///< the number of slides: 0, 1 or 2
-  Coordinates coordinates() const { return {size(), slides_}; }
+  int size() const { return static_cast<int>(links().size()); }  ///< n
+  int slides() const { return values_->slides; }                 ///< the number of slides: 0, 1 or 2
+  Coordinates coordinates() const { return {size(), slides()}; }
   /// Returns the largest distance that a pin or centre of mass can have from the first pin of a link that
   /// turns, m; 1 if that is 0.
   double reach() const;
-  /// Returns the links that turn, as a chain on a fixed pin. Allocates.
+  /// Returns the links that turn, as a chain on a fixed pin.
   Chain withoutSlides() const;
-  const std::vector<Link>& links() const { return links_; }
-  const std::vector<Joint>& joints() const { return joints_; }
-  Vec2d gravity() const { return gravity_; }
+  const std::vector<Link>& links() const { return values_->links; }
+  const std::vector<Joint>& joints() const { return values_->joints; }
+  Vec2d gravity() const { return values_->gravity; }
 
  private:
-  std::vector<Link> links_;
-  std::vector<Joint> joints_;
-  Vec2d gravity_;
-  int slides_ = 0;
+  struct Values {
+    std::vector<Link> links;
+    std::vector<Joint> joints;
+    Vec2d gravity;
+    int slides = 0;
+    std::shared_ptr<const Values> turning{};  ///< of the links that turn; nullptr: all do
+  };
+  explicit Chain(std::shared_ptr<const Values> values) : values_(std::move(values)) {}
+
+  std::shared_ptr<const Values> values_;
 };
 
 }  // namespace planar_chain

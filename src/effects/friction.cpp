@@ -293,6 +293,8 @@ class FrictionKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
+    const std::vector<Joint>& joints = scene.chain.joints();
+    if (std::none_of(joints.begin(), joints.end(), mayStick)) return nullptr;
     return makeUnlessEmpty<Friction>(scene.chain, toleranceOfRates(scene.integrator), scene.tip.has_value());
   }
 

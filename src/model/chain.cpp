@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <set>
 #include <utility>
@@ -101,25 +102,24 @@ std::vector<Fault> faultsOf(const Link& link, bool slides) {
   return faults;
 }
 
-Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
-    : links_(std::move(links)), joints_(std::move(joints)), gravity_(gravity) {
-  if (links_.empty()) throw Refused({{"chain", "at least one link", "none"}});
-  if (joints_.size() != links_.size()) {
+Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity) {
+  if (links.empty()) throw Refused({{"chain", "at least one link", "none"}});
+  if (joints.size() != links.size()) {
     throw Refused(
-        {{"chain", std::to_string(links_.size()) + " joints, one per link", std::to_string(joints_.size())}});
+        {{"chain", std::to_string(links.size()) + " joints, one per link", std::to_string(joints.size())}});
   }
 
   // Every link and joint alone, and their names.
   std::vector<Fault> faults;
-  requireFinite(faults, "gravity", gravity_, "m/s²");
+  requireFinite(faults, "gravity", gravity, "m/s²");
   std::set<std::string> linkNames;
   std::set<std::string> jointNames;
   bool isSound = true;
-  for (std::size_t i = 0; i < links_.size(); ++i) {
-    const std::string path = "links/" + links_[i].name;
-    requireName(faults, linkNames, path, links_[i].name);
-    requireName(faults, jointNames, path + "/joint/name", joints_[i].name);
-    for (const auto& own : {faultsOf(links_[i], joints_[i].slides), faultsOf(joints_[i])}) {
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const std::string path = "links/" + links[i].name;
+    requireName(faults, linkNames, path, links[i].name);
+    requireName(faults, jointNames, path + "/joint/name", joints[i].name);
+    for (const auto& own : {faultsOf(links[i], joints[i].slides), faultsOf(joints[i])}) {
       for (const Fault& fault : own) {
         faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
         isSound = false;
@@ -128,27 +128,35 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
   }
 
   // The links together.
-  while (index(slides_) < joints_.size() && joints_[index(slides_)].slides) ++slides_;
-  if (isSound) requireSlides(links_, joints_, slides_, faults);
-  if (isSound && faults.empty()) requireRegular(faults, links_, slides_);
+  int slides = 0;
+  while (index(slides) < joints.size() && joints[index(slides)].slides) ++slides;
+  if (isSound) requireSlides(links, joints, slides, faults);
+  if (isSound && faults.empty()) requireRegular(faults, links, slides);
   if (!faults.empty()) throw Refused(std::move(faults));
-  for (int i = 0; i < slides_; ++i) {
-    Vec2d& axis = joints_[index(i)].axis;
+  for (int i = 0; i < slides; ++i) {
+    Vec2d& axis = joints[index(i)].axis;
     axis = 1 / length(axis) * axis;
   }
+  std::shared_ptr<const Values> turning;
+  if (slides > 0) {
+    turning = std::make_shared<const Values>(Values{
+        {links.begin() + slides, links.end()}, {joints.begin() + slides, joints.end()}, gravity, 0, nullptr});
+  }
+  values_ = std::make_shared<const Values>(
+      Values{std::move(links), std::move(joints), gravity, slides, std::move(turning)});
 }
 
 double Chain::reach() const {
   double pins = 0, reach = 0;
-  for (std::size_t j = index(slides_); j < links_.size(); ++j) {
-    reach = std::max({reach, pins + length(links_[j].com), pins + length(links_[j].pin)});
-    pins += length(links_[j].pin);
+  for (std::size_t j = index(slides()); j < links().size(); ++j) {
+    reach = std::max({reach, pins + length(links()[j].com), pins + length(links()[j].pin)});
+    pins += length(links()[j].pin);
   }
   return reach > 0 ? reach : 1;
 }
 
 Chain Chain::withoutSlides() const {
-  return {{links_.begin() + slides_, links_.end()}, {joints_.begin() + slides_, joints_.end()}, gravity_};
+  return Chain(slides() > 0 ? values_->turning : values_);
 }
 
 }  // namespace planar_chain

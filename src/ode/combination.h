@@ -1,10 +1,11 @@
 #pragma once
 
 /// Sums of vectors by the rows of a method's table, in one pass over the components. The constructor
-/// allocates; the calls do not. The vectors k must outlive the row and stay where they are.
+/// and the calls allocate nothing. The vectors k must outlive the row and stay where they are.
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -40,23 +41,26 @@ class NystromRow {
   NystromRow(const std::vector<double>& weights, double drift, const std::vector<std::vector<double>>& a,
              const std::vector<double*>& k, Eigen::Index positions, Eigen::Index others)
       : drift_(drift), positions_(positions), others_(others) {
-    constexpr double vanishing = 1e-14;         // what rounding leaves of sums that are zero
-    std::vector<double> twice(weights.size());  // weights a
+    constexpr double vanishing = 1e-14;  // what rounding leaves of sums that are zero
+    OfTerms<double> twice{};             // weights a
     for (std::size_t i = 0; i < std::min(weights.size(), a.size()); ++i) {
       for (std::size_t j = 0; j < a[i].size(); ++j) twice[j] += weights[i] * a[i][j];
     }
+    std::size_t count = 0;
     for (std::size_t j = 0; j < weights.size(); ++j) {
-      const bool isOnlyOne = terms_.empty() && j + 1 == weights.size();
+      const bool isOnlyOne = count == 0 && j + 1 == weights.size();
       const double forPositions = std::abs(twice[j]) > vanishing ? twice[j] : 0;
       if (weights[j] == 0 && forPositions == 0 && !isOnlyOne) continue;
-      rates_.push_back(weights[j]);
-      twice_.push_back(forPositions);
-      terms_.push_back(k[j]);
-      otherTerms_.push_back(k[j] + positions);
+      rates_[count] = weights[j];
+      twice_[count] = forPositions;
+      terms_[count] = k[j];
+      otherTerms_[count] = k[j] + positions;
+      ++count;
     }
-    if (terms_.empty()) return;
-    combineTwice_ = simd::vectors().combineTwice[terms_.size() - 1];
-    combine_ = simd::vectors().combine[terms_.size() - 1];
+    if (count == 0) return;
+    const simd::VectorKernel& sums = simd::vectors();
+    combineTwice_ = sums.combineTwice[count - 1];
+    combine_ = sums.combine[count - 1];
   }
   /// A plain sum of `count` components of each k.
   NystromRow(const std::vector<double>& weights, const std::vector<double*>& k, Eigen::Index count)
@@ -69,6 +73,9 @@ class NystromRow {
   }
 
  private:
+  template <class T>
+  using OfTerms = std::array<T, simd::VectorKernel::mostTerms>;
+
   void runTwice(double h, const double* base, double* sum, double* out) const {
     combineTwice_({rates_.data(), twice_.data(), terms_.data(), drift_, h, base, sum, out}, positions_);
     if (others_ == 0) return;
@@ -78,8 +85,8 @@ class NystromRow {
 
   simd::VectorKernel::CombineTwice combineTwice_ = nullptr;
   simd::VectorKernel::Combine combine_ = nullptr;
-  std::vector<double> rates_, twice_;
-  std::vector<const double*> terms_, otherTerms_;
+  OfTerms<double> rates_{}, twice_{};
+  OfTerms<const double*> terms_{}, otherTerms_{};
   double drift_ = 0;
   Eigen::Index positions_ = 0, others_ = 0;
 };

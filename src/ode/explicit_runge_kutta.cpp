@@ -75,6 +75,7 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
   const auto row = [&](const std::vector<double>& weights, double drift, Eigen::Index count) {
     return NystromRow(weights, drift, table.a, k_, positions_, count);
   };
+  a_.reserve(table.a.size());
   for (std::size_t i = 0; i < table.a.size(); ++i) a_.push_back(row(table.a[i], table.c[i], others));
   b_ = row(table.b, 1, behind);
   e_ = row(table.e, 0, others);
@@ -91,22 +92,24 @@ const Vector& ExplicitRungeKutta::derivative(double t, const Vector& y) {
 void ExplicitRungeKutta::step(double t, double h, const Vector& y) {
   const double* start = y.data();
   double* stage = stage_.data();
+  const Tableau& table = table_;
+  const double* c = table.c.data();
 
   // Slopes of the stages.
   evaluateFirst(t, start);
-  const std::size_t stages = k_.size() - (table_.lastIsFirst ? 1 : 0);
+  const std::size_t stages = k_.size() - (table.lastIsFirst ? 1 : 0);
   for (std::size_t i = 1; i < stages; ++i) {
     a_[i].run(h, start, nullptr, stage);
-    evaluate(t + table_.c[i] * h, stage, k_[i]);
+    evaluate(t + c[i] * h, stage, k_[i]);
   }
 
   // The increment. With FSAL, the end of the step is the last stage.
-  b_.run(h, start, increment_.data(), table_.lastIsFirst ? stage : nullptr);
-  if (table_.lastIsFirst) evaluate(t + h, stage, k_.back());
+  b_.run(h, start, increment_.data(), table.lastIsFirst ? stage : nullptr);
+  if (table.lastIsFirst) evaluate(t + h, stage, k_.back());
 
   // The error.
-  if (!table_.e.empty()) e_.run(h, start, error_.data(), nullptr);
-  if (!table_.coarse.empty()) {
+  if (!table.e.empty()) e_.run(h, start, error_.data(), nullptr);
+  if (!table.coarse.empty()) {
     coarseRow_.run(h, start, coarse_.data(), nullptr);
     vectors_.damp(error_.data(), coarse_.data(), size_);
   }

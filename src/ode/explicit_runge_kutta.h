@@ -32,7 +32,7 @@ const Tableau& dop853();
 
 class ExplicitRungeKutta : public Stepper {
  public:
-  /// f must outlive the stepper; the table is copied. Allocates.
+  /// The table and f must outlive the stepper. Allocates.
   /// @throws std::invalid_argument for a table of more than 13 stages.
   ExplicitRungeKutta(const Tableau& table, System& f);
 
@@ -54,7 +54,7 @@ class ExplicitRungeKutta : public Stepper {
     slopesAreWhole_ ? system_.slope(t, y, k) : system_.rates(t, y, k);
   }
 
-  Tableau table_;
+  const Tableau& table_;
   const Eigen::Index size_ = increment_.size();
   const Eigen::Index positions_ = system_.positions() < leastInNystromsForm ? 0 : system_.positions();
   const Eigen::Index rates_ = size_ - positions_;                 ///< the components of a slope

@@ -32,9 +32,12 @@ std::unique_ptr<Stepper> makeStepper(const std::string& name, SeriesSystem& f, c
   for (const Tableau* table : {&rk4(), &dopri5(), &dop853()}) {
     if (name == table->name) return std::make_unique<ExplicitRungeKutta>(*table, f);
   }
-  RosenbrockTableau fixed = ros34pw2();
-  fixed.name = "ros34pw2_fixed";
-  for (const RosenbrockTableau* table : {&rodas5p(), &ros34pw2(), &std::as_const(fixed)}) {
+  static const RosenbrockTableau fixed = [] {
+    RosenbrockTableau table = ros34pw2();
+    table.name = "ros34pw2_fixed";
+    return table;
+  }();
+  for (const RosenbrockTableau* table : {&rodas5p(), &ros34pw2(), &fixed}) {
     if (name == table->name) return std::make_unique<Rosenbrock>(*table, f);
   }
   throw std::invalid_argument("no method is called " + name);

@@ -68,6 +68,7 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
       rows_(checkedStages(table.m.size(), table.name), static_cast<std::size_t>(f.arrangedSize())),
       m_(table.m, U_, f.arrangedSize()),
       e_(table.e, U_, f.arrangedSize()) {
+  for (auto* rows : {&a_, &C_}) rows->reserve(U_.size());
   for (std::size_t i = 0; i < U_.size(); ++i) {
     a_.emplace_back(table.a[i], U_, f.arrangedSize());
     C_.emplace_back(table.C[i], U_, f.arrangedSize());

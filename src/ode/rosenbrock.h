@@ -31,7 +31,7 @@ const RosenbrockTableau& ros34pw2();
 
 class Rosenbrock : public ImplicitStepper {
  public:
-  /// f must outlive the stepper; the table is copied. Allocates.
+  /// The table and f must outlive the stepper. Allocates.
   /// @throws std::invalid_argument for a table of more than 13 stages.
   Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f);
 
@@ -43,7 +43,7 @@ class Rosenbrock : public ImplicitStepper {
   void step(double t, double h, const Vector& y) override;
 
  private:
-  RosenbrockTableau table_;
+  const RosenbrockTableau& table_;
   CacheRows rows_;
   std::vector<double*> U_ = rows_.rows();
   std::vector<NystromRow> a_, C_;  ///< of a stage: Σ a_ij U_j and Σ C_ij U_j

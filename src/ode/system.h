@@ -36,6 +36,11 @@ class Vector : public Eigen::Map<Eigen::VectorXd> {
     show();
     return *this;
   }
+  Vector& operator=(Vector&& other) noexcept {
+    lines_ = std::move(other.lines_);
+    show();
+    return *this;
+  }
 
  private:
   void show() { new (static_cast<Map*>(this)) Map(lines_.data(), static_cast<Eigen::Index>(lines_.size())); }

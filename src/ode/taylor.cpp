@@ -4,12 +4,24 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <map>
+#include <mutex>
 
 #include "simd/elementary.h"
 
 namespace planar_chain::ode {
 
 namespace {
+
+/// Returns of(number). Only the first call for a number computes it.
+template <auto of>
+const auto& known(int number) {
+  static std::mutex mutex;
+  static std::map<int, decltype(of(number))> values;
+  const std::lock_guard<std::mutex> lock(mutex);
+  const auto found = values.find(number);
+  return found != values.end() ? found->second : values.emplace(number, of(number)).first->second;
+}
 
 /// The longest stretch |z| of the imaginary axis on which the truncated exponential Σ z^k/k! does not grow,
 /// by more than `unnoticed`.
@@ -24,7 +36,7 @@ double stabilityLimitOf(int order) {
 
 MethodFacts factsFor(int order) {
   constexpr int pieces = 4;
-  return {"taylor", order, order - 1, stabilityLimitOf(order), false, pieces};
+  return {"taylor", order, order - 1, known<stabilityLimitOf>(order), false, pieces};
 }
 
 /// x^k by squaring. std::pow takes as long as an order of the series.
@@ -54,8 +66,10 @@ Taylor::Taylor(SeriesSystem& f, double tolerance)
   if (integrandRates_.size() > 0) rule_ = gaussRule(order_ / 2 + 1);
 }
 
+namespace {
+
 /// By Golub and Welsch: eigenvalues of the Legendre polynomials' recurrence.
-Eigen::MatrixX2d Taylor::gaussRule(int count) {
+Eigen::MatrixX2d golubWelsch(int count) {
   Eigen::VectorXd beside(count - 1);
   for (int k = 1; k < count; ++k) beside[k - 1] = k / std::sqrt(4.0 * k * k - 1);
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> roots;
@@ -64,6 +78,12 @@ Eigen::MatrixX2d Taylor::gaussRule(int count) {
   rule.col(0) = (roots.eigenvalues().array() + 1) / 2;
   rule.col(1) = roots.eigenvectors().row(0).array().square();
   return rule;
+}
+
+}  // namespace
+
+Eigen::MatrixX2d Taylor::gaussRule(int count) {
+  return known<golubWelsch>(count);
 }
 
 const Vector& Taylor::derivative(double t, const Vector& y) {

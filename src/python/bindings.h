@@ -53,6 +53,8 @@ auto released(const F& f) {
   }
 }
 
+/// The name of an object's class, without its module.
+std::string classOf(const py::handle& object);
 /// The text that Python prints for it, on one line and in ASCII.
 std::string shown(const py::handle& object);
 
@@ -133,7 +135,7 @@ struct InitializedCaster : py::detail::type_caster_base<T> {
     if (py::isinstance<T>(from)) {
       auto* instance = reinterpret_cast<py::detail::instance*>(from.ptr());
       if (!instance->get_value_and_holder(py::detail::get_type_info(typeid(T))).instance_registered()) {
-        throw py::type_error(py::str(from.get_type().attr("__name__")).cast<std::string>() +
+        throw py::type_error(classOf(from) +
                              ": expected an object that __init__() made, got one of __new__() alone");
       }
     }

@@ -79,12 +79,17 @@ py::object objectOf(const Value& value) {
   return py::none();
 }
 
+std::string classOf(const py::handle& object) {
+  const py::handle type(reinterpret_cast<PyObject*>(Py_TYPE(object.ptr())));
+  return py::str(type.attr("__name__")).cast<std::string>();
+}
+
 std::string shown(const py::handle& object) {
   try {
     return onOneLine(
         py::str(py::repr(object)).attr("encode")("utf-8", "backslashreplace").cast<std::string>());
   } catch (const py::error_already_set&) {  // such as of a list that is too deep to print
-    return "a " + py::str(object.get_type().attr("__name__")).cast<std::string>();
+    return "a " + classOf(object);
   }
 }
 
@@ -97,7 +102,7 @@ void showFields(const py::object& type, std::initializer_list<const char*> field
                     for (const std::string& name : names) {
                       text += (text.empty() ? "" : ", ") + name + "=" + shown(self.attr(name.c_str()));
                     }
-                    return py::str(self.get_type().attr("__name__")).cast<std::string>() + "(" + text + ")";
+                    return classOf(self) + "(" + text + ")";
                   },
                   py::is_method(type)));
 }

@@ -3,6 +3,7 @@
 /// Arrays that begin where a cache line does, so that no SIMD register is loaded from two lines.
 
 #include <cstddef>
+#include <cstdint>
 #include <new>
 #include <vector>
 
@@ -10,17 +11,25 @@ namespace planar_chain {
 
 template <class Element>
 struct OnCacheLines {
-  static constexpr std::align_val_t line{64};  // bytes
+  static constexpr std::size_t line = 64;  // bytes
   using value_type = Element;
 
   OnCacheLines() = default;
   template <class Other>
   OnCacheLines(const OnCacheLines<Other>&) {}
 
+  /// A line more than the array, and in it, before the array, where the memory begins: glibc takes several
+  /// times as long for an aligned one.
   Element* allocate(std::size_t n) {
-    return static_cast<Element*>(::operator new(n * sizeof(Element), line));
+    static_assert(__STDCPP_DEFAULT_NEW_ALIGNMENT__ >= sizeof(void*) && alignof(Element) <= line);
+    void* const memory = ::operator new(n * sizeof(Element) + line);
+    void* const first = static_cast<char*>(memory) + line - reinterpret_cast<std::uintptr_t>(memory) % line;
+    static_cast<void**>(first)[-1] = memory;
+    return static_cast<Element*>(first);
   }
-  void deallocate(Element* first, std::size_t) { ::operator delete(first, line); }
+  void deallocate(Element* first, std::size_t) {
+    ::operator delete(static_cast<void**>(static_cast<void*>(first))[-1]);
+  }
   bool operator==(const OnCacheLines&) const { return true; }
   bool operator!=(const OnCacheLines&) const { return false; }
 };
