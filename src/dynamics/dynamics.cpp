@@ -212,7 +212,7 @@ void Dynamics::reserve(int complexCount) {
 void Dynamics::linearize(double t, const double* y, double* dydt) {
   ++evaluations_;
   evaluate(t, y, dydt);
-  if (coupled_) return solve_->linearize(coupled_->at(t, y), coupled_->couplings(t));
+  if (coupled_) return solve_->linearize(coupled_->at(t, y));
   solve_->linearize(t, y, dydt, outside_);
 }
 

@@ -115,9 +115,9 @@ const double* ExactSolve::keep(double t, const double* y) {
   return mechanism_.quantityInLanes(tangents_.XF.data(), room_.data());
 }
 
-void ExactSolve::linearize(const Evaluation& at, const Couplings& couplings) {
+void ExactSolve::linearize(const Evaluation& at) {
   coupled_->at = at;
-  coupled_->couplings = couplings;
+  effects_.couple(at.t, 0, coupled_->couplings);
   const Evaluation& kept = coupled_->at;
   at_ = kept.state();
   std::copy_n(at_.omega, omegaInLanes_.size(), omegaInLanes_.begin());

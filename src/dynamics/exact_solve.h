@@ -43,8 +43,8 @@ class ExactSolve {
   /// Linearizes at the state y with the derivative dydt, both in lane order. outside: e, and F where forces
   /// act, of this state.
   void linearize(double t, const double* y, const double* dydt, const Outside& outside);
-  /// Linearizes at an evaluation, which is copied, under these couplings.
-  void linearize(const Evaluation& at, const Couplings& couplings);
+  /// Linearizes at an evaluation, which is copied.
+  void linearize(const Evaluation& at);
   /// The state of the last linearize(), in chain order. Only where an effect has power or acts with forces.
   const ChainState& state() const { return at_; }
   /// Finds the velocities of the inner pins that forces need.

@@ -49,7 +49,7 @@ struct Simulation::Parts {
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
   bool isTried = false;        // for a query, the dynamics have taken what acts otherwise since `untried`
-  Eigen::VectorXd untried = y;
+  Eigen::VectorXd untried{commands ? y.size() : 0};
   std::string fault;
   std::unique_ptr<Sampler> sampler;  // nullptr: nothing is measured
 
@@ -159,9 +159,10 @@ struct Simulation::Parts {
     actsOtherwise = true;
   }
 
-  /// Call after commands or laws change.
+  /// Call after commands or laws change. Without commands, allocates the first time.
   void actOtherwise() {
     undoTrial();
+    untried.resize(y.size());
     actsOtherwise = true;
   }
 
