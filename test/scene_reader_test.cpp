@@ -252,12 +252,17 @@ TEST(SceneReader, NotesAStartBeyondALimit) {
     return notes;
   };
   const std::string excluded = "{lower: -2.6, upper: -0.2, stop_stiffness: 4200}";
-  EXPECT_EQ(notesOf(excluded),
-            "links/a/initial: a_joint begins at 0 rad, above upper (-0.2 rad): its stop holds 84 J\n");
-  EXPECT_EQ(notesOf("{lower: 0.1, stop_stiffness: 100}"),
-            "links/a/initial: a_joint begins at 0 rad, below lower (0.1 rad): its stop holds 0.5 J\n");
+  EXPECT_EQ(
+      notesOf(excluded),
+      "links/a/initial: a_joint begins at 0 rad, above upper (-0.2 rad): its stop releases 84 J at once "
+      "(another initial/angle, or start: rest, avoids this)\n");
+  EXPECT_EQ(
+      notesOf("{lower: 0.1, stop_stiffness: 100}"),
+      "links/a/initial: a_joint begins at 0 rad, below lower (0.1 rad): its stop releases 0.5 J at once "
+      "(another initial/angle, or start: rest, avoids this)\n");
   EXPECT_EQ(notesOf("{type: prismatic, lower: 0.1, stop_stiffness: 100}"),
-            "links/a/initial: a_joint begins at 0 m, below lower (0.1 m): its stop holds 0.5 J\n");
+            "links/a/initial: a_joint begins at 0 m, below lower (0.1 m): its stop releases 0.5 J at once "
+            "(another initial/position, or start: rest, avoids this)\n");
   EXPECT_EQ(notesOf("{lower: 0, upper: 1}"), "");
   EXPECT_EQ(notesOf(excluded, "start: rest\n"), "");  // it leans on its stop
 }

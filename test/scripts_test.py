@@ -44,6 +44,7 @@ class Arguments(InFolder):
                              (('real_time_factor:=1001',), 'real_time_factor: expected a number from 0 to 1000, got 1001'),
                              (('record:=/none/run',), 'record: expected a path in a folder that can be written, got /none/run'),
                              (('record:=2026.10',), 'record: expected a name that is neither a number nor true, which roslaunch rewrites, such as run_2026.10, got 2026.10'),
+                             (('record:=',), 'record: expected the name of a bag, or false, got nothing'),
                              (('record:=/tmp/',), 'record: expected the name of a bag, got the folder /tmp/'),
                              (('record:=true',), 'such as run_true, got true'),
                              (('record:=run:=x',), 'record: expected a value without :=, with which roslaunch ignores it, got run:=x'),

@@ -67,10 +67,13 @@ void noteStopsAtStart(Scene& scene) {
     if (!(energy > 0)) continue;
     const bool isAbove = q > joint.upper;
     const char* unit = joint.slides ? "m" : "rad";
-    char text[200];
-    std::snprintf(text, sizeof text, "%s begins at %.6g %s, %s (%.6g %s): its stop holds %.3g J",
-                  joint.name.c_str(), q, unit, isAbove ? "above upper" : "below lower",
-                  isAbove ? joint.upper : joint.lower, unit, energy);
+    char text[250];
+    std::snprintf(
+        text, sizeof text,
+        "%s begins at %.6g %s, %s (%.6g %s): its stop releases %.3g J at once (another initial/%s, or "
+        "start: rest, avoids this)",
+        joint.name.c_str(), q, unit, isAbove ? "above upper" : "below lower",
+        isAbove ? joint.upper : joint.lower, unit, energy, joint.slides ? "position" : "angle");
     notes.add("links/" + scene.chain.links()[i].name + "/initial", text);
   }
   scene.notes.insert(scene.notes.end(), notes.all().begin(), notes.all().end());
