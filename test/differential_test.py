@@ -31,7 +31,7 @@ from machines import everything  # noqa: E402
 from planar_chain import Failed, Scene, Simulation  # noqa: E402
 
 METHODS = ("auto", "dop853", "rodas5p", "radau13")
-SEEDS = [*range(200), 1319, 1423]  # in CI; of the last two, a joint once stuck for good
+SEEDS = [*range(200), 295, 791, 935, 3951]  # in CI; in the last four a joint once stuck for good
 END = 0.75                # s
 SAMPLES = 192, 1536, 12288  # multiples of 4; more where an impact is shorter. Commands start at samples
 TIMES = np.linspace(0, END, 9)
@@ -39,7 +39,6 @@ AGREED = 1000             # tolerances: what a motion without chaos keeps
 BLUR, CHANGES = 30, 4     # as in chaos_test.py
 SINGULAR = 1e-4           # closure margin: nearer to a stretched pose, errors grow without bound
 G = np.array([0, -9.81])
-E = {"x": np.array([1.0, 0]), "y": np.array([0, 1.0])}
 
 
 # ---- Formulas of this test -----------------------------------------------------------------------

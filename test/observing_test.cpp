@@ -199,7 +199,7 @@ std::string difference(const Scene& scene, unsigned seed) {
 }
 
 TEST(Observing, ChangesNoBitOfTheMotion) {
-  constexpr unsigned seeds = 12;
+  constexpr unsigned seeds = 6;
   for (const Machine& machine : machines) {
     Scene scene = readSceneText(machine.scene);
     scene.integrator.step = 1e-3;

@@ -4,7 +4,10 @@ Their scenes mix rotors, drives, dry friction, springs, dampers, stops, loads an
 carts, held tips, drag, motors and commands.
 """
 import math
+import pathlib
 import random
+
+import yaml
 
 
 def law(chance, size):
@@ -151,21 +154,6 @@ def rubbing_in_one(chance, links):
                 one["joint"].pop(key, None)
 
 
-# Machines like this one once stuck for good: its rubbing joint, at a dead centre, under 80 N m.
-LOOP = {
-    "chain": ["c0", "l0", "l1"],
-    "links": {
-        "c0": {"mass": 1.553, "inertia": 0.0, "com": [0.0, 0.0], "pin": [-0.3724, 0.1992],
-               "joint": {"type": "prismatic", "axis": [-1.941, -0.5653], "stiffness": 41.63, "rest_angle": 0.842},
-               "initial": {"position": 0.1521, "velocity": -1.436}},
-        "l0": {"mass": 1.502, "inertia": 0.02292, "com": [0.2058, 0.01052], "pin": [0.3742, -0.02193],
-               "joint": {"friction": 0.5717}, "initial": {"angle": -0.02583, "velocity": 1.124}},
-        "l1": {"mass": 0.3525, "inertia": 0.007174, "com": [0.5295, 0.1519], "pin": [0.7966, 0.04023], "joint": {},
-               "initial": {"angle": -1.022, "velocity": 0.1384}}},
-    "loads": {},
-    "tip": {"pin": {"x": {"amplitude": 0.03078, "frequency": 0.7711, "offset": 0.2758}, "y": {"offset": -0.5202}}}}
-
-
 def near(chance, values):
     """The same with other numbers, by up to 5 %."""
     if isinstance(values, dict):
@@ -175,13 +163,21 @@ def near(chance, values):
     return values * chance.uniform(0.95, 1.05) if isinstance(values, float) else values
 
 
+def loop():
+    """A closed chain of the kind in which a joint once stuck for good, at a dead centre."""
+    with open(pathlib.Path(__file__).parent.parent / "reference/sticking/passes_rest.yaml", encoding="utf-8") as file:
+        scene = yaml.safe_load(file)
+    nothing = {"inertia": 0.0, "com": [0.0, 0.0], "joint": {}}
+    return {**scene, "links": {name: {**nothing, **one} for name, one in scene["links"].items()}, "loads": {}}
+
+
 def everything(seed):
     """A machine, and commands: (time, joint, torque) and (time, link, force), in order.
 
     Half of the machines are closed chains of three joints, one of which rubs. There sticking is singular in dead centres."""
     chance = random.Random(f"everything {seed}")
     if seed % 8 == 7:
-        return near(chance, LOOP), []
+        return near(chance, loop()), []
     few = seed % 2 == 1
     carts = [f"c{k}" for k in range(chance.choice((0, 1) if few else (0, 0, 1, 1, 2)))]
     names = carts + [f"l{k}" for k in range(3 - len(carts) if few else chance.choice((1, 2, 2, 3, 3, 4, 6)))]
