@@ -91,7 +91,7 @@ class EffectLaws {
   bool isHeld(int joint) const {
     Couplings now(n_);
     dynamics_.effects().couple(t_, 0, now);
-    return now.joints[index(joint)].isHeld;
+    return now.joints[index(joint)].isPrescribed;
   }
 
   void expectDense() {
@@ -218,7 +218,7 @@ class EffectLaws {
     std::vector<Joint> joints;
     for (const Joint& joint : scene_.chain.joints()) {
       joints.push_back({joint.name});
-      joints.back().slides = joint.slides;
+      joints.back().isPrismatic = joint.isPrismatic;
       joints.back().axis = joint.axis;
     }
     return Chain(scene_.chain.links(), joints, scene_.chain.gravity());

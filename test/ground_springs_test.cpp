@@ -111,8 +111,8 @@ class GroundSpringKind : public EffectKind {
     for (int i = 0; i < scene.chain.size(); ++i) {
       const Link& link = scene.chain.links()[index(i)];
       const Joint& joint = scene.chain.joints()[index(i)];
-      if (joint.slides) pin += q(i) * (Rotation<double>::of(theta) * joint.axis);
-      const Rotation<double> e = Rotation<double>::of(joint.slides ? theta : theta += q(i));
+      if (joint.isPrismatic) pin += q(i) * (Rotation<double>::of(theta) * joint.axis);
+      const Rotation<double> e = Rotation<double>::of(joint.isPrismatic ? theta : theta += q(i));
       const Vec2d F = -stiffnessIn(link) * stretch(link, pin, e);
       to.F(2 * i) += F.x;
       to.F(2 * i + 1) += F.y;

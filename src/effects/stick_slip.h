@@ -77,6 +77,11 @@ class StickSlip {
 
   // ---- What is due ---------------------------------------------------------------------------------------
 
+  /// |ω_j| + |ω_k| of a joint between two bodies that turn: what the rounding of its rate counts by.
+  double sumOfRates(int joint, const double* omega) const {
+    const int inner = coordinates_.inner(joint);
+    return std::abs(omega[joint]) + (inner >= 0 ? std::abs(omega[inner]) : 0);
+  }
   /// How far a sliding joint is past its rest, rad/s. ≤ 0: it slides on. Far below 0 unless it slides.
   double slideDue(int joint, const double* omega) const;
   /// The same of all.

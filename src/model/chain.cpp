@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "model/number_rule.h"
-#include "model/slides.h"
+#include "model/prismatic.h"
 
 namespace planar_chain {
 
@@ -40,9 +40,15 @@ bool isPointOnPin(const Link& link) {
 }
 
 /// The reason why no mass moves when link j turns, if there is a configuration in which this is so.
-std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, std::size_t j) {
+std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, const std::vector<Joint>& joints,
+                                             std::size_t j) {
   if (!isPointOnPin(links[j])) return std::nullopt;
   const std::string itself = "a point mass on its inner pin";
+  std::size_t last = j;  // of the links that turn with it
+  while (last + 1 < links.size() && joints[last + 1].isPrismatic) {
+    if (links[++last].inertia > 0) return std::nullopt;
+  }
+  if (last > j) return itself + ", and no link that slides on it has inertia > 0";
   if (j + 1 == links.size()) return itself + " at the end of the chain";
   if (links[j].pin == Vec2d{}) return itself + ", which is its outer pin too";
 
@@ -51,6 +57,7 @@ std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, std
   // moves in turn, unless the pin is the centre of mass.
   for (std::size_t k = j + 1; k < links.size(); ++k) {
     const Link& link = links[k];
+    if (joints[k].isPrismatic) return link.inertia > 0 ? std::nullopt : std::make_optional(itself);
     if (link.inertia > 0 || isPointOnPin(link)) return std::nullopt;
     if (k + 1 == links.size() || link.pin == link.com) {
       return itself + ", which turns freely when the point masses out to " + link.name + " are in line";
@@ -59,9 +66,11 @@ std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, std
   return std::nullopt;
 }
 
-void requireRegular(std::vector<Fault>& faults, const std::vector<Link>& links, int slides) {
-  for (std::size_t j = index(slides); j < links.size(); ++j) {
-    if (const auto why = motionWithoutMass(links, j)) {
+void requireRegular(std::vector<Fault>& faults, const std::vector<Link>& links,
+                    const std::vector<Joint>& joints) {
+  for (std::size_t j = 0; j < links.size(); ++j) {
+    if (joints[j].isPrismatic) continue;
+    if (const auto why = motionWithoutMass(links, joints, j)) {
       faults.push_back({"links/" + links[j].name,
                         "inertia > 0 kg m² or a centre of mass off the inner pin (otherwise the mass "
                         "matrix is singular)",
@@ -83,9 +92,24 @@ void requireName(std::vector<Fault>& faults, std::set<std::string>& taken, const
 
 }  // namespace
 
-std::vector<Fault> faultsOf(const Link& link, bool slides) {
+Coordinates::Coordinates(const std::vector<Joint>& joints) {
+  int turner = none;
+  for (const Joint& joint : joints) {
+    const int i = size();
+    inner_.push_back(joint.isPrismatic ? none : turner);
+    if (joint.isPrismatic) {
+      anyIsPrismatic_ = true;
+      turner == none ? void(++leading_) : void(anyIsInside_ = true);
+    } else {
+      turner = i;
+    }
+    turner_.push_back(turner);
+  }
+}
+
+std::vector<Fault> faultsOf(const Link& link, bool isPrismatic) {
   std::vector<Fault> faults;
-  (slides ? NumberRule::from(0, "kg") : NumberRule::above(0, "kg")).check(faults, "mass", link.mass);
+  (isPrismatic ? NumberRule::from(0, "kg") : NumberRule::above(0, "kg")).check(faults, "mass", link.mass);
   NumberRule::from(0, "kg m²").check(faults, "inertia", link.inertia);
   requireFinite(faults, "com", link.com, "m");
   requireFinite(faults, "pin", link.pin, "m");
@@ -102,7 +126,7 @@ std::vector<Fault> faultsOf(const Link& link, bool slides) {
 }
 
 Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
-    : links_(std::move(links)), joints_(std::move(joints)), gravity_(gravity) {
+    : links_(std::move(links)), joints_(std::move(joints)), gravity_(gravity), coordinates_(joints_) {
   if (links_.empty()) throw Refused({{"chain", "at least one link", "none"}});
   if (joints_.size() != links_.size()) {
     throw Refused(
@@ -119,7 +143,7 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
     const std::string path = "links/" + links_[i].name;
     requireName(faults, linkNames, path, links_[i].name);
     requireName(faults, jointNames, path + "/joint/name", joints_[i].name);
-    for (const auto& own : {faultsOf(links_[i], joints_[i].slides), faultsOf(joints_[i])}) {
+    for (const auto& own : {faultsOf(links_[i], joints_[i].isPrismatic), faultsOf(joints_[i])}) {
       for (const Fault& fault : own) {
         faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
         isSound = false;
@@ -128,27 +152,24 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
   }
 
   // The links together.
-  while (index(slides_) < joints_.size() && joints_[index(slides_)].slides) ++slides_;
-  if (isSound) requireSlides(links_, joints_, slides_, faults);
-  if (isSound && faults.empty()) requireRegular(faults, links_, slides_);
+  if (isSound) requirePrismatic(links_, joints_, faults);
+  if (isSound && faults.empty()) requireRegular(faults, links_, joints_);
   if (!faults.empty()) throw Refused(std::move(faults));
-  for (int i = 0; i < slides_; ++i) {
-    Vec2d& axis = joints_[index(i)].axis;
-    axis = 1 / length(axis) * axis;
+  for (Joint& joint : joints_) {
+    if (joint.isPrismatic) joint.axis = 1 / length(joint.axis) * joint.axis;
   }
 }
 
 double Chain::reach() const {
   double pins = 0, reach = 0;
-  for (std::size_t j = index(slides_); j < links_.size(); ++j) {
+  for (std::size_t j = index(coordinates_.leading()); j < links_.size(); ++j) {
+    const Joint& joint = joints_[j];
+    if (joint.isPrismatic && std::isfinite(joint.lower) && std::isfinite(joint.upper))
+      pins += std::max(std::abs(joint.lower), std::abs(joint.upper));
     reach = std::max({reach, pins + length(links_[j].com), pins + length(links_[j].pin)});
     pins += length(links_[j].pin);
   }
   return reach > 0 ? reach : 1;
-}
-
-Chain Chain::withoutSlides() const {
-  return {{links_.begin() + slides_, links_.end()}, {joints_.begin() + slides_, joints_.end()}, gravity_};
 }
 
 }  // namespace planar_chain

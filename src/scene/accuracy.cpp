@@ -14,7 +14,7 @@ namespace planar_chain {
 void noteRounding(Scene& scene) {
   constexpr double rounding = 1e-16, inFixedSteps = 1e-8;
   const std::vector<Link>& links = scene.chain.links();
-  const bool isFree = scene.chain.slides() == 2;
+  const bool isFree = scene.chain.coordinates().leading() == 2;
   if (!isFree && !(scene.tip && scene.tip->rows() == 2)) return;
   const double allowed =
       ode::hasFixedStep(scene.integrator.method) ? inFixedSteps : scene.integrator.tolerance;
@@ -27,7 +27,7 @@ void noteRounding(Scene& scene) {
   }
   double worst = 0, lightest = none;
   const Link* heavy = nullptr;
-  for (std::size_t j = index(scene.chain.slides()); j < links.size(); ++j) {
+  for (std::size_t j = index(scene.chain.coordinates().leading()); j < links.size(); ++j) {
     const double ratio = links[j].mass / std::max(lightest, lightestBehind[j + 1]);
     if (ratio > worst) {
       worst = ratio;

@@ -49,7 +49,7 @@ Colour colourOf(int link) {
 
 /// rviz follows a chain that nothing holds (src/tools/show.py).
 std::string frameOfView(const Scene& scene, const Frames& frames) {
-  const int moving = scene.chain.slides() - 1;
+  const int moving = scene.chain.coordinates().leading() - 1;
   return floats(scene.chain) && frames.has(moving) ? frames.links[index(moving)] : frames.base;
 }
 
