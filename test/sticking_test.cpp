@@ -55,9 +55,13 @@ TEST_P(Sticking, IsTheSameByEveryMethod) {
     for (const double tolerance : {1e-4, 1e-6, 1e-8, 1e-10}) {
       for (const int rows : {1, 60}) {
         const std::vector<double> found = after(scene, method, tolerance, rows);
-        // A quarter of the tolerance, as in trajectory_test.
+        // One case is less exact, 0.12 of the tolerance: rodas5p makes a tenth fewer steps there than with
+        // the Jacobian of before, which had drives at another time.
+        const bool isLess = std::string(GetParam()) == "within_a_step" && std::string(method) == "rodas5p" &&
+                            tolerance == 1e-10 && rows == 60;
+        const double share = isLess ? 0.15 : 0.1;
         for (std::size_t i = 0; i < exact.size(); ++i)
-          EXPECT_NEAR(found[i], exact[i], 0.25 * tolerance * (1 + std::abs(exact[i])))
+          EXPECT_NEAR(found[i], exact[i], share * tolerance * (1 + std::abs(exact[i])))
               << method << " to " << tolerance << ", joint " << i;
       }
     }
