@@ -93,10 +93,14 @@ double StickSlip::ownBand(int joint) const {
 
 // ---- What is due ------------------------------------------------------------------------------------
 
-double StickSlip::slideDue(int joint, const double* omega) const {
+StickSlip::Rate StickSlip::rateOf(int joint, const double* omega) const {
   const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
-  return -direction_[joint] * (outer - inner) - 4 * epsilon * (std::abs(outer) + std::abs(inner)) +
-         never_[joint];
+  return {outer - inner, epsilon * (std::abs(outer) + std::abs(inner))};
+}
+
+double StickSlip::slideDue(int joint, const double* omega) const {
+  const Rate rate = rateOf(joint, omega);
+  return -direction_[joint] * rate.value - 4 * rate.rounding + never_[joint];
 }
 
 void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
@@ -115,13 +119,13 @@ void StickSlip::findSlidesSlope(const double* alpha, Numbers& slope) const {
 }
 
 bool StickSlip::isAtRest(int joint, const double* omega) const {
-  const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
-  return std::abs(outer - inner) <= 4 * epsilon * (std::abs(outer) + std::abs(inner));
+  const Rate rate = rateOf(joint, omega);
+  return std::abs(rate.value) <= 4 * rate.rounding;
 }
 
 double StickSlip::looseDue(int joint, const double* omega) const {
-  const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
-  return std::abs(outer - inner) - 8 * epsilon * (std::abs(outer) + std::abs(inner)) - looseRate(joint);
+  const Rate rate = rateOf(joint, omega);
+  return std::abs(rate.value) - 8 * rate.rounding - looseRate(joint);
 }
 
 double StickSlip::looseRate(int joint) const {

@@ -122,6 +122,12 @@ class StickSlip {
   bool take();
 
  private:
+  struct Rate {
+    double value;     ///< q̇, rad/s
+    double rounding;  ///< of it, rad/s
+  };
+
+  Rate rateOf(int joint, const double* omega) const;
   double ownBand(int joint) const;
 
   Coordinates coordinates_;
