@@ -8,9 +8,10 @@
 #include <complex>
 #include <vector>
 
+#include "planar_chain/chain.h"
 #include "random_scene.h"
-#include "recursion/coupled.h"
-#include "recursion/ends.h"
+#include "recursion/general.h"
+#include "recursion/tip_constraint.h"
 
 namespace planar_chain::test {
 
@@ -38,58 +39,46 @@ inline WideComplex crossed(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// The place of a body: its inner pin, angle, and their rates.
+/// The place of a body: its own point, angle, and their rates.
 struct Placed {
   Vector2 x, v;
   WideComplex theta, omega;
 };
 
-/// The force on a body, and its moment about the inner pin.
+/// The force on a body, and its moment about the own point.
 struct Acting {
   Vector2 F = Vector2::Zero();
   WideComplex N = 0;
 };
 
-/// A slide of the inner end with a spring and a damper along its rail. The next slide or the first body is at
-/// `pin`. Forces −K x − D v act at its own point.
-struct DenseSlide {
-  Slide<double> of;
-  double stiffness = 0, damping = 0;
-  Vec2d pin{};
-  Eigen::Matrix2d K = Eigen::Matrix2d::Zero(), D = K;
-};
-
-/// Of a point on the base or on slides: where it is, how fast, and its acceleration if no slide speeds up.
-struct Carried {
-  Vector2 x, v, a;
-};
-
-/// A chain with ends, on a base whose motion is given. A state is θ_1 … θ_n, s of the slides, and their
-/// rates.
+/// A chain with joints of any kind, on a base whose motion is given. A state has the coordinates, then their
+/// rates: absolute angles of bodies behind revolute joints, displacements of prismatic ones.
 struct DenseChain {
   std::vector<Link> links;
-  std::vector<Coupling<double>> joints;
+  std::vector<Joint> joints;  ///< isPrismatic and axis are read
+  std::vector<JointLaw<double>> laws;
   std::vector<double> k, d, rest, torque;
-  std::vector<DenseSlide> slides;
   Tip<double> tip;  ///< its acceleration is that in the base frame, not less gravity
   Vec2d gravity, base, baseVelocity, baseAcceleration;
   double baseTurning = 0, baseRate = 0;  ///< angular acceleration and rate of the base; its angle is 0
 
   int size() const { return static_cast<int>(links.size()); }
-  int places() const { return size() + static_cast<int>(slides.size()); }
+  Coordinates coordinates() const { return Coordinates(joints); }
 
-  /// What acts on body j there, without gravity.
+  /// What acts on body j there, without gravity. None has a moment on a body that turns with the base.
   virtual Acting actingOn(int j, const Placed& at) const = 0;
   virtual ~DenseChain() = default;
 
-  /// α, moments of the joints (with springs and dampers), forces of the pins (2n), then s̈, forces along the
-  /// rails, and the force on the tip.
+  /// ẍ of the coordinates; of each joint its moment, or its force along the axis, with springs and dampers;
+  /// the forces on the own points (2n); the force on the tip, and the moment of the base about the ground
+  /// pin.
   struct Answer {
-    ComplexVector alpha, moments, forces, slides, slideForces;
+    ComplexVector xdd, moments, forces;
     Vector2 tip;
+    WideComplex baseMoment;
     ComplexVector all() const {
-      ComplexVector sum(alpha.size() * 4 + slides.size() * 2 + 2);
-      sum << alpha, moments, forces, slides, slideForces, tip;
+      ComplexVector sum(xdd.size() * 4 + 3);
+      sum << xdd, moments, forces, tip, baseMoment;
       return sum;
     }
   };
@@ -105,7 +94,7 @@ struct DenseChain {
     const Equations at(*this, y.cast<WideComplex>());
     const Eigen::PartialPivLU<WideMatrix> M(at.matrix().real());
     const ComplexVector x = M.solve(WideVector(at.rhs().real())).cast<WideComplex>();
-    WideMatrix slope(4 * size() + 2 * (places() - size()) + 2, y.size());
+    WideMatrix slope(4 * size() + 3, y.size());
     for (Eigen::Index i = 0; i < y.size(); ++i) {
       ComplexVector aside = y.cast<WideComplex>();
       aside[i] += WideComplex(0, h);
@@ -116,44 +105,46 @@ struct DenseChain {
     return slope;
   }
 
-  /// The first pin, and the body there without its rates.
-  Placed start(const ComplexVector& y) const {
-    const Carried pin = carried(y, places() - size(), {});
-    return {pin.x, pin.v, 0, 0};
-  }
-
-  /// The own point of slide i, or the first pin for i = the number of slides, moved by X.
-  Carried carried(const ComplexVector& y, int i, Vec2d X) const {
-    Vector2 arm = wide(X), w = Vector2::Zero();
-    for (int j = 0; j <= i && j < places() - size(); ++j) {
-      const DenseSlide& slide = slides[index(j)];
-      arm += y[size() + j] * wide(slide.of.d);
-      if (j < i) arm += wide(slide.pin);
-      w += y[places() + size() + j] * wide(slide.of.d);
+  /// The bodies at a state.
+  std::vector<Placed> placed(const ComplexVector& y) const {
+    const Coordinates all = coordinates();
+    std::vector<Placed> bodies;
+    Placed at{wide(base), wide(baseVelocity), 0, baseRate};
+    for (int j = 0; j < size(); ++j) {
+      if (all.isPrismatic(j)) {
+        const Vector2 axis = turnedBy(at.theta, joints[index(j)].axis);
+        at.x += y[j] * axis;
+        at.v += at.omega * quarter(y[j] * axis) + y[size() + j] * axis;
+      } else {
+        at.theta = y[j];
+        at.omega = y[size() + j];
+      }
+      bodies.push_back(at);
+      const Vector2 P = turnedBy(at.theta, links[index(j)].pin);
+      at.x += P;
+      at.v += at.omega * quarter(P);
     }
-    const Wide rate = baseRate;
-    return {wide(base) + arm, wide(baseVelocity) + w + rate * quarter(arm),
-            wide(baseAcceleration) + Wide(baseTurning) * quarter(arm) - rate * rate * arm +
-                2 * rate * quarter(w)};
+    return bodies;
   }
 
   static Vector2 wide(Vec2d a) { return {Wide(a.x), Wide(a.y)}; }
 
  private:
-  /// Unknown: of each body its acceleration (centre of mass), α, pin force and moment; of each slide its
-  /// acceleration and the force on it from further in; the force on the tip.
+  /// Unknown: of each body its acceleration (centre of mass), α, and the force and moment on it from inside,
+  /// at its own point; the force on the tip.
   class Equations {
    public:
     Equations(const DenseChain& chain, const ComplexVector& y)
         : chain_(chain),
           y_(y),
           n_(chain.size()),
-          slides_(chain.places() - n_),
-          at_(chain.start(y)),
-          M_(ComplexMatrix::Zero(6 * n_ + 4 * slides_ + 2, 6 * n_ + 4 * slides_ + 2)),
+          at_(chain.placed(y)),
+          M_(ComplexMatrix::Zero(6 * n_ + 2, 6 * n_ + 2)),
           rhs_(ComplexVector::Zero(M_.rows())) {
-      for (int j = 0; j < n_; ++j) addBody(j);
-      for (int i = 0; i < slides_; ++i) addSlide(i);
+      for (int j = 0; j < n_; ++j) {
+        addBody(j);
+        chain.joints[index(j)].isPrismatic ? addPrismatic(j) : addRevolute(j);
+      }
       addTip();
     }
     const ComplexMatrix& matrix() const { return M_; }
@@ -161,94 +152,131 @@ struct DenseChain {
 
     /// Takes the unknowns apart.
     Answer answer(const ComplexVector& x) const {
-      Answer answer{ComplexVector(n_),      ComplexVector(n_),      ComplexVector(2 * n_),
-                    ComplexVector(slides_), ComplexVector(slides_), x.tail<2>()};
+      Answer answer{ComplexVector(n_), ComplexVector(n_), ComplexVector(2 * n_), x.tail<2>(), 0};
       for (int j = 0; j < n_; ++j) {
-        answer.alpha[j] = x[6 * j + 2];
+        const Vector2 force = x.segment<2>(force_(j));
+        answer.forces.segment<2>(2 * j) = force;
+        answer.xdd[j] = x[6 * j + 2];
         answer.moments[j] = x[6 * j + 5];
-        answer.forces.segment<2>(2 * j) = x.segment<2>(pin(j));
+        if (!chain_.joints[index(j)].isPrismatic) continue;
+        const Vector2 d = axis(j);
+        answer.moments[j] = d.cwiseProduct(force).sum();
+        ComplexMatrix row = ComplexMatrix::Zero(1, x.size());
+        WideComplex known = 0;
+        addSlip(j, d, row, known);
+        answer.xdd[j] = (row * x)[0] - known;
       }
-      Vector2 inner = Vector2::Zero();
-      for (int i = 0; i < slides_; ++i) {
-        const Vector2 d = wide(chain_.slides[index(i)].of.d),
-                      a = x.segment<2>(slideAt(i)) - chain_.carried(y_, i, {}).a;
-        answer.slides[i] = d.cwiseProduct(a - inner).sum();
-        answer.slideForces[i] = d.cwiseProduct(x.segment<2>(slideAt(i) + 2)).sum();
-        inner = a;
-      }
+      answer.baseMoment = x[5] + crossed(at_[0].x - wide(chain_.base), Vector2(x.segment<2>(force_(0))));
       return answer;
     }
 
    private:
+    /// Newton, and Euler about the centre of mass; what acts from outside is less what acts on the next body.
     void addBody(int j) {
-      const WideComplex before = at_.theta, rateBefore = at_.omega;
-      at_.theta = y_[j];
-      at_.omega = y_[chain_.places() + j];
       const Link& link = chain_.links[index(j)];
-      const Vector2 R = turnedBy(at_.theta, link.com), P = turnedBy(at_.theta, link.pin);
-      const auto [F, N] = chain_.actingOn(j, at_);
-      const int row = 6 * j, a = row, alpha = a + 2, mu = a + 5;
-
-      // Newton, and Euler about the centre of mass; the force on the outer pin is −(next pin force), or λ.
+      const Vector2 R = arm(j, link.com), P = arm(j, link.pin);
+      const auto [F, N] = chain_.actingOn(j, at_[index(j)]);
+      const int row = 6 * j, moment = row + 5;
       const bool isLast = j + 1 == n_;
-      const int outer = isLast ? tip() : pin(j + 1);
+      const int outer = isLast ? tip() : force_(j + 1);
       const Wide sign = isLast ? -1 : 1;
-      M_.block<2, 2>(row, a) = one(link.mass);
-      M_.block<2, 2>(row, pin(j)) = one(-1);
+      const Vector2 at = isLast ? Vector2(P) : Vector2(at_[index(j + 1)].x - at_[index(j)].x);
+      M_.block<2, 2>(row, row) = one(link.mass);
+      M_.block<2, 2>(row, force_(j)) = one(-1);
       M_.block<2, 2>(row, outer) = one(sign);
       rhs_.segment<2>(row) = F + Wide(link.mass) * wide(chain_.gravity);
-      M_(row + 2, alpha) = link.inertia;
-      M_.block<1, 2>(row + 2, pin(j)) = quarter(R).transpose();
-      M_.block<1, 2>(row + 2, outer) = sign * quarter(P - R).transpose();
-      M_(row + 2, mu) = -1;
-      if (!isLast) M_(row + 2, mu + 6) = 1;
+      M_(row + 2, row + 2) = link.inertia;
+      M_.block<1, 2>(row + 2, force_(j)) = quarter(R).transpose();
+      M_.block<1, 2>(row + 2, outer) = sign * quarter(at - R).transpose();
+      M_(row + 2, moment) = -1;
+      if (!isLast) M_(row + 2, moment + 6) = 1;
       rhs_[row + 2] = N - crossed(R, F);
-
-      // The inner pin, by the acceleration of this body, is where it is by that of the one before.
-      addPoint(row + 3, j, -R, 1, at_.omega);
-      if (j > 0) {
-        addPoint(row + 3, j - 1, before_, -1, rateBefore);
-      } else {
-        addBase(row + 3, slides_ - 1, -1);
-      }
-      addJoint(j, at_.theta - before, at_.omega - rateBefore);
-      before_ = P - R;
-      at_.x += P;
-      at_.v += at_.omega * quarter(P);
     }
 
-    void addSlide(int i) {
-      const DenseSlide& slide = chain_.slides[index(i)];
-      const Vector2 d = wide(slide.of.d), across = quarter(d);
-      const int row = slideAt(i), a = row, f = a + 2;
-      M_.block<2, 2>(row, a) = one(slide.of.mass);
-      M_.block<2, 2>(row, f) = one(-1);
-      M_.block<2, 2>(row, i + 1 < slides_ ? slideAt(i + 1) + 2 : pin(0)) = one(1);
-      const Carried own = chain_.carried(y_, i, {});
-      rhs_.segment<2>(row) = Wide(slide.of.mass) * wide(chain_.gravity) -
-                             slide.K.cast<WideComplex>() * own.x - slide.D.cast<WideComplex>() * own.v;
-      // Across the rail it moves with what is further in.
-      const auto relative = [&](int to, const Vector2& along) {
-        M_.block<1, 2>(to, a) = along.transpose();
-        if (i > 0) M_.block<1, 2>(to, slideAt(i - 1)) = -along.transpose();
-        const Vector2 inner = i > 0 ? chain_.carried(y_, i - 1, {}).a : Vector2(Vector2::Zero());
-        rhs_[to] += along.cwiseProduct(own.a - inner).sum();
-      };
-      relative(row + 2, across);
-      if (slide.of.isHeld) {
-        relative(row + 3, d);
-        rhs_[row + 3] += Wide(slide.of.acceleration);
-      } else {
-        M_.block<1, 2>(row + 3, f) = d.transpose();
-        rhs_[row + 3] = Wide(slide.of.force) - Wide(slide.stiffness) * y_[n_ + i] -
-                        Wide(slide.damping) * y_[chain_.places() + n_ + i];
+    /// The own point is the pin inside. The joint has its torque, or its acceleration.
+    void addRevolute(int j) {
+      const int row = 6 * j + 3, alpha = 6 * j + 2;
+      addOwn(row, j, 1);
+      addInside(row, j, -1);
+      const JointLaw<double>& law = chain_.laws[index(j)];
+      const Wide J = law.isPrescribed ? Wide(1) : Wide(law.armature);
+      M_(row + 2, alpha) += J;
+      rhs_[row + 2] += addTurning(row + 2, j, -J);
+      if (law.isPrescribed) {
+        rhs_[row + 2] += Wide(law.acceleration);
+        return;
       }
+      M_(row + 2, 6 * j + 5) += 1;
+      const int inner = chain_.coordinates().inner(j);
+      const WideComplex q = inner >= 0 ? y_[j] - y_[inner] : y_[j];
+      rhs_[row + 2] += given(j, q, inner >= 0 ? y_[n_ + j] - y_[n_ + inner] : y_[n_ + j]);
+    }
+
+    /// The body turns as the one inside, and across the axis its own point moves with it.
+    void addPrismatic(int j) {
+      const int row = 6 * j + 3;
+      const Vector2 d = axis(j);
+      M_(row, 6 * j + 2) += 1;
+      rhs_[row] += addTurning(row, j, -1);
+      ComplexMatrix slip = ComplexMatrix::Zero(1, M_.cols());
+      WideComplex known = 0;
+      addSlip(j, quarter(d), slip, known);
+      M_.row(row + 1) += slip;
+      rhs_[row + 1] += known;
+      slip.setZero();
+      known = 0;
+      addSlip(j, d, slip, known);
+      const JointLaw<double>& law = chain_.laws[index(j)];
+      const Wide J = law.isPrescribed ? Wide(1) : Wide(law.armature);
+      M_.row(row + 2) += J * slip;
+      rhs_[row + 2] += J * known;
+      if (law.isPrescribed) {
+        rhs_[row + 2] += Wide(law.acceleration);
+        return;
+      }
+      M_.block<1, 2>(row + 2, force_(j)) += d.transpose();
+      rhs_[row + 2] += given(j, y_[j], y_[n_ + j]);
+    }
+
+    /// The torque or force in joint j.
+    WideComplex given(int j, WideComplex q, WideComplex rate) const {
+      const auto i = index(j);
+      return Wide(chain_.torque[i]) - Wide(chain_.k[i]) * (q - Wide(chain_.rest[i])) -
+             Wide(chain_.d[i]) * rate;
+    }
+    /// Adds factor × the angular acceleration inside of joint j. Returns what is known of it, on the other
+    /// side.
+    WideComplex addTurning(int row, int j, Wide factor) {
+      if (j == 0) return -factor * Wide(chain_.baseTurning);
+      M_(row, 6 * j - 4) += factor;
+      return 0;
+    }
+    /// The component along `way` of how the own point accelerates against the body inside, but for Coriolis':
+    /// s̈ along the axis, 0 across it.
+    void addSlip(int j, const Vector2& way, ComplexMatrix& row, WideComplex& known) const {
+      const WideComplex omega = at_[index(j)].omega;
+      const Vector2 S = y_[j] * axis(j), coriolis = Wide(2) * omega * y_[n_ + j] * quarter(axis(j));
+      const auto dotted = [&](const Vector2& a) { return way.cwiseProduct(a).sum(); };
+      const Vector2 R = arm(j, chain_.links[index(j)].com);
+      row.block<1, 2>(0, 6 * j) += way.transpose();
+      row(0, 6 * j + 2) -= dotted(quarter(R));
+      known -= dotted(omega * omega * R);
+      known += dotted(coriolis) - dotted(omega * omega * S);
+      if (j == 0) {
+        known += dotted(wide(chain_.baseAcceleration) + Wide(chain_.baseTurning) * quarter(S));
+        return;
+      }
+      const Vector2 P = arm(j - 1, chain_.links[index(j - 1)].pin - chain_.links[index(j - 1)].com);
+      row.block<1, 2>(0, 6 * j - 6) -= way.transpose();
+      row(0, 6 * j - 4) -= dotted(quarter(P + S));
+      known -= dotted(omega * omega * P);
     }
 
     /// The first rows of the tip set its acceleration, the others say that no force acts.
     void addTip() {
       const Tip<double>& end = chain_.tip;
-      addPoint(tip(), n_ - 1, before_, 1, at_.omega);
+      const Link& last = chain_.links.back();
+      addPoint(tip(), n_ - 1, arm(n_ - 1, last.pin - last.com), 1);
       rhs_.tail<2>() += wide(end.acceleration);
       const Vec2d c = end.rows > 0 ? end.row[0] : Vec2d{1, 0};
       Eigen::Matrix<WideComplex, 2, 2> rows;
@@ -262,48 +290,36 @@ struct DenseChain {
       }
     }
 
-    static int pin(int j) { return 6 * j + 3; }
-    int slideAt(int i) const { return 6 * n_ + 4 * i; }
-    int tip() const { return 6 * n_ + 4 * slides_; }
+    static int force_(int j) { return 6 * j + 3; }
+    int tip() const { return 6 * n_; }
     static Eigen::Matrix<WideComplex, 2, 2> one(Wide factor) {
       return WideComplex(factor) * Eigen::Matrix<WideComplex, 2, 2>::Identity();
     }
+    Vector2 arm(int j, Vec2d a) const { return turnedBy(at_[index(j)].theta, a); }
+    Vector2 axis(int j) const { return arm(j, chain_.joints[index(j)].axis); }
 
     /// Adds sign × the acceleration of the point at X from the centre of mass of body j to two rows.
-    /// omega: its rate.
-    void addPoint(int row, int j, const Vector2& X, Wide sign, WideComplex omega) {
+    void addPoint(int row, int j, const Vector2& X, Wide sign) {
+      const WideComplex omega = at_[index(j)].omega;
       M_.block<2, 2>(row, 6 * j) += one(sign);
       M_.block<2, 1>(row, 6 * j + 2) += sign * quarter(X);
       rhs_.segment<2>(row) += sign * omega * omega * X;
     }
-    /// Adds sign × the acceleration of slide i, or of the base for i = −1, to two rows.
-    void addBase(int row, int i, Wide sign) {
-      if (i >= 0) M_.block<2, 2>(row, slideAt(i)) += one(sign);
-      const Vector2 inner = i >= 0 ? chain_.carried(y_, i, {}).a : Vector2(Vector2::Zero());
-      rhs_.segment<2>(row) -= sign * (chain_.carried(y_, slides_, {}).a - inner);
-    }
-    void addJoint(int j, WideComplex q, WideComplex rate) {
-      const Coupling<double>& joint = chain_.joints[index(j)];
-      const int row = 6 * j + 5, alpha = 6 * j + 2;
-      const Wide J = joint.isHeld ? Wide(1) : Wide(joint.rotor);
-      M_(row, alpha) += J;
-      if (j > 0) M_(row, alpha - 6) -= J;
-      if (j == 0) rhs_[row] += J * Wide(chain_.baseTurning);
-      if (joint.isHeld) {
-        rhs_[row] += Wide(joint.acceleration);
+    void addOwn(int row, int j, Wide sign) { addPoint(row, j, -arm(j, chain_.links[index(j)].com), sign); }
+    /// The pin inside of joint j.
+    void addInside(int row, int j, Wide sign) {
+      if (j == 0) {
+        rhs_.segment<2>(row) -= sign * wide(chain_.baseAcceleration);
         return;
       }
-      const auto i = index(j);
-      M_(row, alpha + 3) += 1;
-      rhs_[row] +=
-          Wide(chain_.torque[i]) - Wide(chain_.k[i]) * (q - Wide(chain_.rest[i])) - Wide(chain_.d[i]) * rate;
+      const Link& inside = chain_.links[index(j - 1)];
+      addPoint(row, j - 1, arm(j - 1, inside.pin - inside.com), sign);
     }
 
     const DenseChain& chain_;
     const ComplexVector y_;
-    int n_, slides_;
-    Placed at_;                         ///< the body after the last one added
-    Vector2 before_ = Vector2::Zero();  ///< its outer pin, from the centre of mass
+    int n_;
+    std::vector<Placed> at_;
     ComplexMatrix M_;
     ComplexVector rhs_;
   };

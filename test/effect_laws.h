@@ -91,7 +91,7 @@ class EffectLaws {
   bool isHeld(int joint) const {
     Couplings now(n_);
     dynamics_.effects().couple(t_, 0, now);
-    return now.joints[index(joint)].isHeld;
+    return now.joints[index(joint)].isPrescribed;
   }
 
   void expectDense() {
@@ -113,7 +113,10 @@ class EffectLaws {
       VectorXd rhs = VectorXd::LinSpaced(y_.size(), 1, 2);
       for (int j = 0; j < n_; ++j) {
         if (!isHeld(j)) continue;
-        for (const int row : {j, n_ + j}) rhs[row] = coordinates_.isDifference(j) ? rhs[row - 1] : 0;
+        for (const int row : {j, n_ + j}) {
+          const int inner = coordinates_.inner(j);
+          rhs[row] = inner >= 0 ? rhs[row - j + inner] : 0;
+        }
       }
       VectorXd rhsArranged(arranged.size()), xArranged(arranged.size()), x(y_.size());
       dynamics_.arrange(rhs.data(), rhsArranged.data());
@@ -218,7 +221,7 @@ class EffectLaws {
     std::vector<Joint> joints;
     for (const Joint& joint : scene_.chain.joints()) {
       joints.push_back({joint.name});
-      joints.back().slides = joint.slides;
+      joints.back().isPrismatic = joint.isPrismatic;
       joints.back().axis = joint.axis;
     }
     return Chain(scene_.chain.links(), joints, scene_.chain.gravity());

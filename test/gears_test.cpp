@@ -22,7 +22,7 @@ struct Gear {
   explicit Gear(const Chain& chain)
       : k(chain.joints().back().other("gear_stiffness")),
         ratio(chain.joints().back().other("gear_ratio")),
-        first(chain.slides()),
+        first(chain.coordinates().leading()),
         last(chain.size() - 1) {}
 
   double twist(double q1, double qn) const { return qn - ratio * q1; }

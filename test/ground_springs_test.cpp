@@ -28,7 +28,7 @@ class GroundSprings : public Effect, public Forces {
  public:
   explicit GroundSprings(const Scene& scene)
       : links_(scene.chain.links()),
-        slides_(index(scene.chain.slides())),
+        coordinates_(scene.chain.coordinates()),
         hasSeries_(!scene.base),
         F_(links_.size(), std::vector<Vec2d>(mostOrders)) {}
 
@@ -43,14 +43,16 @@ class GroundSprings : public Effect, public Forces {
     for (std::size_t i = 0; i < links_.size(); ++i) {
       const ForceAt force = forceOn(i, at);
       to.F[i] += force.F;
-      if (i >= slides_) to.N[i] += cross(force.X, force.F);
+      const int turner = coordinates_.turner(static_cast<int>(i));
+      if (turner >= 0) to.N[turner] += cross(force.X, force.F);
     }
     return {};
   }
   void addTorques(const ChainState& /*at*/, double* /*tau*/) override {}
   void addForceTangents(const ChainState& at, ForceTangent* to) override {
     for (std::size_t i = 0; i < links_.size(); ++i) {
-      addForce(forceOn(i, at), at.omega[i] + at.baseRate, to[i]);
+      const double rate = coordinates_.angle(at.omega, static_cast<int>(i));
+      addForce(forceOn(i, at), rate + at.baseRate, to[i]);
     }
   }
 
@@ -82,7 +84,7 @@ class GroundSprings : public Effect, public Forces {
   }
 
   const std::vector<Link>& links_;
-  std::size_t slides_;
+  const Coordinates& coordinates_;
   bool hasSeries_;
   std::vector<std::vector<Vec2d>> F_;  ///< of each link, its orders
 };
@@ -111,8 +113,8 @@ class GroundSpringKind : public EffectKind {
     for (int i = 0; i < scene.chain.size(); ++i) {
       const Link& link = scene.chain.links()[index(i)];
       const Joint& joint = scene.chain.joints()[index(i)];
-      if (joint.slides) pin += q(i) * (Rotation<double>::of(theta) * joint.axis);
-      const Rotation<double> e = Rotation<double>::of(joint.slides ? theta : theta += q(i));
+      if (joint.isPrismatic) pin += q(i) * (Rotation<double>::of(theta) * joint.axis);
+      const Rotation<double> e = Rotation<double>::of(joint.isPrismatic ? theta : theta += q(i));
       const Vec2d F = -stiffnessIn(link) * stretch(link, pin, e);
       to.F(2 * i) += F.x;
       to.F(2 * i + 1) += F.y;

@@ -72,7 +72,7 @@ Scene onACart(Scene scene) {
   std::vector<Joint> joints = scene.chain.joints();
   links.insert(links.begin(), Link{"cart", 1, 0, {0, 0}, {0, 0.1}});
   joints.insert(joints.begin(), Joint{"cart_joint"});
-  joints.front().slides = true;
+  joints.front().isPrismatic = true;
   scene.chain = Chain(links, joints, scene.chain.gravity());
   scene.q.insert(scene.q.begin(), 0.3);
   scene.qd.insert(scene.qd.begin(), 0.7);

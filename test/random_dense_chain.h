@@ -1,7 +1,7 @@
 #pragma once
 
-/// Random chains whose forces depend on place and velocity, with random ends, and the recursion's view of
-/// them.
+/// Random chains with joints of any kind, whose forces depend on place and velocity, and the recursion's view
+/// of them.
 
 #include <gtest/gtest.h>
 
@@ -9,18 +9,21 @@
 #include <string>
 
 #include "dense_chain.h"
-#include "recursion/coupled_linearized.h"
+#include "dynamics/pose.h"
 #include "recursion/force_tangent.h"
+#include "recursion/general_linearized.h"
+#include "recursion/general_recursion.h"
 
 namespace planar_chain::test {
 
-/// Chains of these are drawn.
+/// Chains of these are drawn: shares of joints that have armatures, are prescribed, are prismatic.
 struct Kind {
-  double rotors, held, springs;
-  double forces = 1;         ///< 0: none that depends on place or velocity
-  int slides = 0, rows = 0;  ///< of the ends
-  bool isFree = false;       ///< the two slides are a free end
-  double turning = 0;        ///< 0: the base does not turn
+  double armatures, prescribed, springs;
+  double forces = 1;  ///< 0: none that depends on place or velocity
+  double prismatic = 0;
+  int rows = 0;         ///< of the tip
+  bool isFree = false;  ///< begins with two prismatic joints without mass
+  double turning = 0;   ///< 0: the base does not turn
 };
 
 /// A law of all six numbers of a place: (F, N) = −A sin(B (x, θ, v, ω)).
@@ -66,13 +69,23 @@ class RandomChain : public DenseChain {
     for (int j = 0; j < n; ++j) {
       links.push_back(
           {"", random.between(0.3, 2), random.between(0.02, 0.3), random.vector(0.5), random.vector(0.8)});
-      Coupling<double> joint;
-      if (random.between(0, 1) < kind.rotors) joint.rotor = random.between(0.01, 0.5);
-      joint.isHeld = random.between(0, 1) < kind.held;
-      if (joint.isHeld) joint.acceleration = random.between(-3, 3);
+      Joint joint;
+      joint.isPrismatic = random.between(0, 1) < kind.prismatic;
+      joint.axis = Rotation<double>::of(random.between(-3, 3)) * Vec2d{1, 0};
+      JointLaw<double> law;
+      if (random.between(0, 1) < kind.armatures) law.armature = random.between(0.01, 0.5);
+      law.isPrescribed = random.between(0, 1) < kind.prescribed;
+      if (law.isPrescribed) law.acceleration = random.between(-3, 3);
+      if (kind.isFree && j < 3) {
+        joint.isPrismatic = j < 2;
+        joint.axis = j == 0 ? Vec2d{1, 0} : Vec2d{0, 1};
+        if (j < 2) links.back() = {};
+        law = {};
+      }
       joints.push_back(joint);
-      k.push_back(kind.springs * random.between(0, 40));
-      d.push_back(kind.springs * random.between(0, 2));
+      laws.push_back(law);
+      k.push_back(kind.isFree && j < 3 ? 0 : kind.springs * random.between(0, 40));
+      d.push_back(kind.isFree && j < 3 ? 0 : kind.springs * random.between(0, 2));
       rest.push_back(random.between(-1, 1));
       torque.push_back(random.between(-2, 2));
       y.push_back(random.between(-3, 3));
@@ -90,8 +103,8 @@ class RandomChain : public DenseChain {
       on.along = kind.forces * random.between(0, 1);
       on.across = kind.forces * random.between(0, 3);
     }
-    drawEnds(random, kind);
-    for (int j = 0; j < places(); ++j) y.push_back(random.between(-2, 2));
+    drawTip(random, kind);
+    for (int j = 0; j < n; ++j) y.push_back(random.between(-2, 2));
     gravity = random.vector(10);
     base = random.vector(1);
     baseVelocity = random.vector(1);
@@ -100,64 +113,37 @@ class RandomChain : public DenseChain {
     baseRate = kind.turning * random.between(-2, 2);
   }
 
-  std::vector<double> y;  ///< θ and s, ω and ṡ
+  std::vector<double> y;
 
-  WideVector state() const { return Eigen::Map<const Eigen::VectorXd>(y.data(), 2 * places()).cast<Wide>(); }
+  WideVector state() const { return Eigen::Map<const Eigen::VectorXd>(y.data(), 2 * size()).cast<Wide>(); }
   /// The bodies there.
-  std::vector<Placed> bodies() const {
-    const ComplexVector state_ = state().cast<WideComplex>();
-    std::vector<Placed> all;
-    Placed at = start(state_);
-    for (int j = 0; j < size(); ++j) {
-      at.theta = state_[j];
-      at.omega = state_[places() + j];
-      all.push_back(at);
-      const Vector2 P = turnedBy(at.theta, links[index(j)].pin);
-      at.x += P;
-      at.v += at.omega * quarter(P);
-    }
-    return all;
-  }
+  std::vector<Placed> bodies() const { return placed(state().cast<WideComplex>()); }
   Chain chain() const {
     std::vector<Link> named = links;
-    std::vector<Joint> plain;
-    for (Link& link : named) {
-      link.name = "link_" + std::to_string(plain.size());
-      plain.push_back({"joint_" + std::to_string(plain.size())});
+    std::vector<Joint> plain = joints;
+    for (std::size_t i = 0; i < named.size(); ++i) {
+      named[i].name = "link_" + std::to_string(i);
+      plain[i].name = "joint_" + std::to_string(i);
     }
     return Chain(named, plain, gravity);
   }
-  /// The acceleration of the first pin if no slide speeds up, less gravity.
-  Vec2d pinAcceleration() const {
-    return narrow(carried(state().cast<WideComplex>(), places() - size(), {}).a) - gravity;
-  }
-  /// What pushes slide i along its rail besides what acts in it: forces on slides, and how rails turn.
-  double pushOn(int i) const {
-    Vec2d sum;
-    for (int j = i; j < places() - size(); ++j) {
-      const DenseSlide& slide = slides[index(j)];
-      const Carried own = carried(state().cast<WideComplex>(), j, {});
-      sum -= narrow(slide.K.cast<WideComplex>() * own.x + slide.D.cast<WideComplex>() * own.v);
-      sum -= slide.of.mass * (narrow(own.a) - gravity - pinAcceleration());
+  /// The torque or force in each joint, without armatures and what prescribes it.
+  std::vector<double> torques() const {
+    std::vector<double> all;
+    const Coordinates of = coordinates();
+    for (int j = 0; j < size(); ++j) {
+      const auto i = index(j);
+      all.push_back(torque[i] - k[i] * (of.relative(y.data(), j) - rest[i]) -
+                    d[i] * of.relative(y.data() + size(), j));
     }
-    return dot(slides[index(i)].of.d, sum);
-  }
-  InnerEnd<double> innerEnd() const {
-    InnerEnd<double> end;
-    for (const DenseSlide& slide : slides) {
-      Slide<double> with = slide.of;
-      const std::size_t i = index(end.slides++);
-      with.force += pushOn(static_cast<int>(i)) - slide.stiffness * y[index(size()) + i] -
-                    slide.damping * y[index(places() + size()) + i];
-      end.slide[i] = with;
-    }
-    return end;
+    return all;
   }
   /// The tip, its acceleration less gravity.
   Tip<double> heldTip() const { return {tip.rows, tip.row, tip.acceleration - gravity}; }
 
   Acting actingOn(int j, const Placed& at) const override {
     Acting sum;
+    if (hasNoForces(j)) return sum;
     const Eigen::Matrix<WideComplex, 3, 1> given =
         general_[index(j)].A.cast<WideComplex>() * general_[index(j)].phase(at).array().sin().matrix();
     sum.F -= given.head<2>();
@@ -190,6 +176,7 @@ class RandomChain : public DenseChain {
   /// K and D of body j by formula.
   ForceTangent tangentOf(int j, const Placed& at) const {
     ForceTangent tangent;
+    if (hasNoForces(j)) return tangent;
     const General& law = general_[index(j)];
     const Eigen::Matrix<Wide, 3, 6> slope =
         law.A * law.phase(at).real().array().cos().matrix().asDiagonal() * law.B;
@@ -227,36 +214,18 @@ class RandomChain : public DenseChain {
 
   double deadXF(int j, const Placed& at) const {
     const Attached& on = attached_[index(j)];
-    return dot(Rotation<double>::of(real(at.theta)) * on.point, on.dead);
+    return hasNoForces(j) ? 0 : dot(Rotation<double>::of(real(at.theta)) * on.point, on.dead);
   }
 
   static double real(WideComplex z) { return static_cast<double>(z.real()); }
   static Vec2d narrow(const Vector2& a) { return {real(a.x()), real(a.y())}; }
 
  private:
-  void drawEnds(Random& random, const Kind& kind) {
-    const auto direction = [&] { return Rotation<double>::of(random.between(-3, 3)) * Vec2d{1, 0}; };
-    for (int i = 0; i < kind.slides; ++i) {
-      DenseSlide slide;
-      slide.of.d = i == 0 ? direction() : Rotation<double>::of(random.between(0.5, 2.5)) * slides[0].of.d;
-      slide.of.mass = random.between(-1, 2);
-      if (slide.of.mass < 0) slide.of.mass = 0;
-      slide.of.force = random.between(-5, 5);
-      slide.of.isHeld = random.between(0, 1) < kind.held;
-      if (slide.of.isHeld) slide.of.acceleration = random.between(-3, 3);
-      slide.stiffness = kind.springs * random.between(0, 30);
-      slide.damping = kind.springs * random.between(0, 2);
-      slide.pin = random.vector(0.5);
-      for (double* number : {slide.K.data(), slide.D.data()}) {
-        for (int at = 0; at < 4; ++at) number[at] = kind.forces * random.between(-5, 5);
-      }
-      if (kind.isFree) slide = {};
-      if (kind.isFree && i == 1) slide.of.d = {0, 1};
-      slides.push_back(slide);
-      y.push_back(random.between(-1, 1));
-    }
+  /// A moment on a body that turns with the base is the base's alone: these have neither.
+  bool hasNoForces(int j) const { return coordinates().turner(j) < 0; }
+  void drawTip(Random& random, const Kind& kind) {
     tip.rows = kind.rows;
-    tip.row[0] = direction();
+    tip.row[0] = Rotation<double>::of(random.between(-3, 3)) * Vec2d{1, 0};
     tip.row[1] = perp(tip.row[0]);
     tip.acceleration = random.vector(2);
   }
@@ -275,25 +244,40 @@ class RandomChain : public DenseChain {
 /// What the recursions need of the state of a random chain.
 struct AtState {
   explicit AtState(const RandomChain& of)
-      : chain(of.chain()), answer(of.solve(of.state().cast<WideComplex>())) {
+      : chain(of.chain()), answer(of.solve(of.state().cast<WideComplex>())), N(index(of.size())) {
+    const Coordinates& coordinates = chain.coordinates();
     const int n = of.size();
+    XF = N;
     for (const Placed& at : of.bodies()) {
-      const int j = static_cast<int>(e.size());
+      const int j = static_cast<int>(e.size()), turner = coordinates.turner(j);
       const Acting acting = of.actingOn(j, at);
       tangents.push_back(of.tangentOf(j, at));
       F.push_back(RandomChain::narrow(acting.F));
-      N.push_back(RandomChain::real(acting.N));
-      XF.push_back(of.deadXF(j, at));
-      e.push_back(Rotation<double>::of(of.y[index(j)]));
-      alpha.push_back(RandomChain::real(answer.alpha[j]));
+      if (turner >= 0) {
+        N[index(turner)] += RandomChain::real(acting.N);
+        XF[index(turner)] += of.deadXF(j, at);
+      }
+      e.push_back(Rotation<double>::of(RandomChain::real(at.theta)));
+      omega.push_back(RandomChain::real(at.omega));
+      xdd.push_back(RandomChain::real(answer.xdd[j]));
+      displaced.push_back(displacementOf(of.joints[index(j)].axis, e.back(), omega.back(), of.y[index(j)],
+                                         of.y[index(n + j)]));
     }
-    omega = of.y.data() + of.places();
-    Vec2d pin = of.pinAcceleration();
-    for (int i = 0; i < of.places() - n; ++i) {
-      pin += RandomChain::real(answer.slides[i]) * of.slides[index(i)].of.d;
-    }
-    state = {e.data(),    omega,       alpha.data(),     F.data(), XF.data(),
-             of.k.data(), of.d.data(), of.joints.data(), pin,      RandomChain::narrow(answer.tip)};
+    base = of.baseAcceleration - of.gravity;
+    state = {e.data(),
+             omega.data(),
+             of.y.data() + n,
+             xdd.data(),
+             displaced.data(),
+             F.data(),
+             XF.data(),
+             of.k.data(),
+             of.d.data(),
+             of.laws.data(),
+             base,
+             of.baseTurning,
+             RandomChain::narrow(answer.tip),
+             of.heldTip()};
   }
 
   Chain chain;
@@ -301,38 +285,34 @@ struct AtState {
   std::vector<ForceTangent> tangents;
   std::vector<Rotation<double>> e;
   std::vector<Vec2d> F;
-  std::vector<double> N, XF, alpha;
-  const double* omega;
-  CoupledState state;
+  std::vector<double> N, XF, omega, xdd;
+  std::vector<Displacement<double>> displaced;
+  Vec2d base;
+  GeneralState state;
 };
 
-/// Free motions of joints and slides.
-inline int freedoms(const RandomChain& chain) {
-  const auto isFree = [](const auto& part) { return !part.isHeld; };
-  return static_cast<int>(std::count_if(chain.joints.begin(), chain.joints.end(), isFree) +
-                          std::count_if(chain.slides.begin(), chain.slides.end(),
-                                        [&](const auto& slide) { return isFree(slide.of); }));
-}
-
 /// Calls check(chain, seed) with random chains of every kind and length. forces: 0, none that depends on
-/// place or velocity.
+/// place or velocity. tips: false if all are free.
 template <class Check>
-void forAllEnds(double forces, const Check& check, double turning = 0) {
+void forAllKinds(double forces, const Check& check, bool tips = true) {
   unsigned seed = 0;
   for (const Kind& of : {Kind{0, 0, 0}, Kind{0, 0, 1}, Kind{0.5, 0, 1}, Kind{0.5, 0.3, 1}}) {
-    for (const int slides : {0, 1, 2, 3}) {
+    for (const double prismatic : {0.0, 0.3, 0.7, 1.0, -1.0}) {
       for (const int rows : {0, 1, 2}) {
         for (int n = 1; n <= 12; ++n) {
           Kind kind = of;
           kind.forces = forces;
-          kind.turning = slides > 0 ? turning : 0;
-          kind.isFree = slides == 3;
-          kind.slides = std::min(slides, 2);
+          kind.turning = 1;
+          kind.isFree = prismatic < 0 && n > 2;
+          kind.prismatic = std::max(prismatic, 0.0);
           kind.rows = rows;
+          if (rows > 0 && !tips) continue;
           const RandomChain chain(n, ++seed, kind);
-          if (freedoms(chain) < rows) continue;
+          const auto freedoms = std::count_if(chain.laws.begin(), chain.laws.end(),
+                                              [](const auto& law) { return !law.isPrescribed; });
+          if (freedoms < rows) continue;
           SCOPED_TRACE(testing::Message()
-                       << n << " bodies, slides " << slides << ", rows " << rows << ", seed " << seed);
+                       << n << " bodies, prismatic " << prismatic << ", rows " << rows << ", seed " << seed);
           check(chain, seed);
         }
       }

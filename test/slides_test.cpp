@@ -5,8 +5,6 @@
 ///     inclined rail     a chain at right angles to it keeps its angles, s̈ = −g sin β
 ///     everything else   q̈ and A agree with kane.h, and the energy balance closes
 
-#include "model/slides.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -16,6 +14,7 @@
 
 #include "effects/effect_kind.h"
 #include "known_motion.h"
+#include "model/prismatic.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/scene_reader.h"
@@ -118,7 +117,7 @@ Scene cartPole(const std::string& more = "") {
 TEST(Slides, HaveUnitsOfTheirOwn) {
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
-      const std::string words = inUnitsOfSlide(key.range.which);
+      const std::string words = inUnitsOfPrismatic(key.range.which);
       EXPECT_EQ(words.find("rad"), std::string::npos) << key.name << ": " << words;
       EXPECT_EQ(words.find("N m"), std::string::npos) << key.name << ": " << words;
     }
@@ -494,7 +493,7 @@ TEST(Slides, NeedInertiaInEveryPose) {
     std::vector<Joint> joints(links.size());
     for (std::size_t i = 0; i < links.size(); ++i) {
       links[i].name = joints[i].name = std::to_string(i);
-      joints[i].slides = i < masses.size();
+      joints[i].isPrismatic = i < masses.size();
       if (i == 1) joints[i].axis = {0, 1};
     }
     try {

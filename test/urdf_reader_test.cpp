@@ -266,7 +266,7 @@ const std::string cartPole =
 TEST(Carts, HaveTheRailOfAPrismaticJoint) {
   const Scene scene =
       sceneOf(cartPole, "links: {cart: {joint: {stiffness: 3}, initial: {position: 0.3, velocity: 1}}}");
-  EXPECT_EQ(scene.chain.slides(), 1);
+  EXPECT_EQ(scene.chain.coordinates().leading(), 1);
   const Joint& slider = scene.chain.joints()[0];
   EXPECT_EQ(slider.axis, (Vec2d{1, 0}));  // the hinge turns about −y: x to the right, y upwards
   EXPECT_EQ(slider.lower, -3);

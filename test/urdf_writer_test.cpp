@@ -43,8 +43,8 @@ void expectTheSameAgain(const Scene& scene) {
     const Joint& joint = scene.chain.joints()[i];
     EXPECT_EQ(again.joints[i].name, joint.name);
     EXPECT_EQ(again.joints[i].damping, joint.damping);
-    EXPECT_EQ(again.joints[i].slides, joint.slides);
-    if (joint.slides) expectNear(again.joints[i].axis.x, joint.axis.x, 1, joint.name);
+    EXPECT_EQ(again.joints[i].isPrismatic, joint.isPrismatic);
+    if (joint.isPrismatic) expectNear(again.joints[i].axis.x, joint.axis.x, 1, joint.name);
     EXPECT_EQ(again.joints[i].lower, joint.lower);
     EXPECT_EQ(again.joints[i].upper, joint.upper);
   }

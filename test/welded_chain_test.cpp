@@ -13,7 +13,7 @@
 #include "known_chains.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
-#include "recursion/coupled.h"
+#include "recursion/general_recursion.h"
 
 namespace planar_chain {
 namespace {
@@ -29,7 +29,7 @@ void compare(int links, unsigned seed, double share) {
   for (std::size_t j = 0; j < n; ++j) {
     const double q = random.between(-3, 3), rate = random.between(-2, 2);
     const bool sticks = random.between(0, 1) < share;
-    couplings.joints[j].isHeld = sticks;
+    couplings.joints[j].isPrescribed = sticks;
     couplings.held[j].value = q;
     theta[j] = (j > 0 ? theta[j - 1] : 0) + q;
     omega[j] = (j > 0 ? omega[j - 1] : 0) + (sticks ? 0 : rate);
@@ -38,9 +38,9 @@ void compare(int links, unsigned seed, double share) {
   }
 
   std::vector<double> alpha(n), moments(n), expectedAlpha(n), expectedMoments(n);
-  Ended<double>(scene.chain)
-      .accelerations(e.data(), omega.data(),
-                     {N.data(), nullptr, couplings.joints.data(), -1.0 * scene.chain.gravity(), 0}, {}, {},
+  GeneralRecursion<double>(scene.chain)
+      .accelerations({e.data(), omega.data(), nullptr},
+                     {N.data(), nullptr, couplings.joints.data(), -1.0 * scene.chain.gravity()}, {},
                      expectedAlpha.data(), expectedMoments.data());
   WeldedChain welded(scene.chain);
   welded.weld(couplings);

@@ -6,8 +6,9 @@
 /// the base frame. Letters of the notes: r^i = com, p^i = pin, m_i = mass, I_i = inertia; k_i, d_i, q0_i of
 /// the joint at the inner pin.
 ///
-/// The first link, or the first two, may slide instead: a carriage on a rail, or a table that moves in x and
-/// y. A slide does not turn. Its q is a position s in m along the rail.
+/// A joint may be prismatic instead, at any place: its link slides along an axis of the link inside, and
+/// turns with that. Its q is a displacement s in m. So a carriage is a first link on the base, and a
+/// telescope or a cylinder a link within the chain.
 
 #include <algorithm>
 #include <cmath>
@@ -45,9 +46,9 @@ class NamedNumbers : public std::vector<std::pair<std::string, double>> {
 
 struct Link {
   std::string name;
-  double mass = 0;     ///< m, kg, > 0; of a slide ≥ 0
+  double mass = 0;     ///< m, kg, > 0; of a carriage (see Chain) ≥ 0
   double inertia = 0;  ///< I, kg m² about the centre of mass, ≥ 0 (0: a point mass)
-  Vec2d com;           ///< r, m, link frame, from the inner pin; of a slide base axes, from its own point
+  Vec2d com;           ///< r, m, link frame, from the inner pin; of a prismatic link from its own point
   Vec2d pin;           ///< p, m, likewise, to the outer pin
 
   /// Values of effects, with their keys in the scene.
@@ -57,7 +58,7 @@ struct Link {
 /// The joint at a link's inner pin. Its torque on the link is −stiffness (q − restAngle) − damping q̇. The
 /// opposite torque acts on the previous link, or on the ground.
 ///
-/// A joint that slides has the same values in N, N/m, N s/m, m, and m/s: forces along the rail.
+/// A prismatic joint has the same values in N, N/m, N s/m, m, and m/s: forces along its axis.
 struct Joint {
   std::string name;
   double stiffness = 0;  ///< k, N m/rad, ≥ 0
@@ -73,8 +74,9 @@ struct Joint {
   /// Values of effects that have no member here, with their keys in the scene.
   NamedNumbers others{};
 
-  bool slides = false;  ///< along the rail
-  Vec2d axis{1, 0};     ///< direction of the rail, base axes, not 0. In a Chain its length is 1
+  bool isPrismatic = false;
+  Vec2d axis{
+      1, 0};  ///< of a prismatic joint, in the frame of the link inside, not 0. In a Chain its length is 1
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
   /// True if `others` has this key.
@@ -82,6 +84,8 @@ struct Joint {
   /// Returns the value of this key in `others`, or 0.
   double other(std::string_view key) const { return others.of(key); }
 };
+
+// Of chains whose joints are all revolute:
 
 /// q_i = θ_i − θ_{i−1}, and likewise for rates.
 inline double relative(const double* absolute, int i) {
@@ -104,57 +108,75 @@ constexpr std::size_t index(int i) {
   return static_cast<std::size_t>(i);
 }
 
-/// The coordinates of a chain, one per joint. q_i is relative. States contain x_i = (s_1 …, θ …) instead,
-/// with absolute angles. The first angle and positions are measured from the base.
+/// The coordinates of a chain, one per joint. q_i is relative. States contain x_i instead: the angle of a
+/// body behind a revolute joint, from the base; the displacement of a prismatic joint.
 ///
-///     q_i = x_i − x_{i−1}, or x_i of slides and of the first body that turns            likewise rates
+///     q_i = x_i − x_k, or x_i of prismatic joints and of the first revolute one         likewise rates
+///
+/// x_k is the angle of the body inside of joint i: that of the last revolute joint before.
 class Coordinates {
  public:
-  /// n joints, of which the first `slides` slide.
-  Coordinates(int n, int slides) : n_(n), slides_(slides) {}
+  static constexpr int none = -1;
 
-  int size() const { return n_; }
-  int slides() const { return slides_; }
-  /// True if coordinate i is a position, false if it is an angle.
-  bool slides(int i) const { return i < slides_; }
-  /// True if q_i = x_i − x_{i−1}.
-  bool isDifference(int i) const { return i > slides_; }
+  explicit Coordinates(const std::vector<Joint>& joints);
+
+  int size() const { return static_cast<int>(inner_.size()); }
+  /// True if coordinate i is a displacement, false if it is an angle.
+  bool isPrismatic(int i) const { return turner_[index(i)] != i; }
+  bool anyIsPrismatic() const { return anyIsPrismatic_; }
+  /// True if a joint behind a revolute one is prismatic.
+  bool anyIsInside() const { return anyIsInside_; }
+  /// The number of prismatic joints before the first revolute one.
+  int leading() const { return leading_; }
+  /// The k of q_i = x_i − x_k, or `none`.
+  int inner(int i) const { return inner_[index(i)]; }
+  /// The coordinate that is the angle of body i; `none`: that of the base.
+  int turner(int i) const { return turner_[index(i)]; }
 
   /// Returns q_i from x, and likewise rates and accelerations.
-  double relative(const double* x, int i) const { return isDifference(i) ? x[i] - x[i - 1] : x[i]; }
+  double relative(const double* x, int i) const {
+    const int k = inner_[index(i)];
+    return k >= 0 ? x[i] - x[k] : x[i];
+  }
   /// Writes all q_i from x. Both may be the same array.
   void toRelative(const double* x, double* q) const {
-    for (int i = n_ - 1; i >= 0; --i) q[i] = relative(x, i);
+    for (int i = size() - 1; i >= 0; --i) q[i] = relative(x, i);
   }
   /// Writes x from all q_i. Both may be the same array.
   void toAbsolute(const double* q, double* x) const {
-    for (int i = 0; i < n_; ++i) x[i] = isDifference(i) ? x[i - 1] + q[i] : q[i];
+    for (int i = 0; i < size(); ++i) x[i] = inner(i) >= 0 ? x[inner(i)] + q[i] : q[i];
   }
-  /// Adds a torque or force in joint i: τ to body i, and −τ to the body before, if it turns.
+  /// Adds a torque or force in joint i: τ to its coordinate, and −τ to that of the body inside.
   void addTorque(double tau, int i, double* N) const {
     N[i] += tau;
-    if (isDifference(i)) N[i - 1] -= tau;
+    if (inner(i) >= 0) N[inner(i)] -= tau;
+  }
+  /// Returns the angle of body i, or its rate, from x; `ofBase` if no joint turns it.
+  double angle(const double* x, int i, double ofBase = 0) const {
+    const int k = turner(i);
+    return k >= 0 ? x[k] : ofBase;
   }
   /// The unit of q_i: "m" or "rad".
-  const char* unit(int i) const { return slides(i) ? "m" : "rad"; }
-  const char* rateUnit(int i) const { return slides(i) ? "m/s" : "rad/s"; }
+  const char* unit(int i) const { return isPrismatic(i) ? "m" : "rad"; }
+  const char* rateUnit(int i) const { return isPrismatic(i) ? "m/s" : "rad/s"; }
 
  private:
-  int n_, slides_;
+  std::vector<int> inner_, turner_;
+  int leading_ = 0;
+  bool anyIsPrismatic_ = false, anyIsInside_ = false;
 };
 
 /// Computes one q_i from x.
 struct Coordinate {
-  int joint;
-  bool isDifference;
+  int joint, inner;  ///< inner: see Coordinates
 
-  Coordinate(const Coordinates& all, int i) : joint(i), isDifference(all.isDifference(i)) {}
-  double operator()(const double* x) const { return isDifference ? x[joint] - x[joint - 1] : x[joint]; }
+  Coordinate(const Coordinates& all, int i) : joint(i), inner(all.inner(i)) {}
+  double operator()(const double* x) const { return inner >= 0 ? x[joint] - x[inner] : x[joint]; }
 };
 
 /// Returns the faults in the values of one link or joint. Paths are keys of the scene below the link, such as
-/// "mass" or "joint/damping". slides: true for a link that slides.
-std::vector<Fault> faultsOf(const Link& link, bool slides = false);
+/// "mass" or "joint/damping".
+std::vector<Fault> faultsOf(const Link& link, bool isPrismatic = false);
 std::vector<Fault> faultsOf(const Joint& joint);
 
 /// A chain whose values have been checked. Immutable. Copies share the values.
@@ -162,22 +184,21 @@ class Chain {
  public:
   /// joints[i] is at the inner pin of links[i]. gravity: m/s², base frame.
   /// @throws Refused with every fault: no links; sizes that differ; names that are empty or not unique;
-  /// values out of range or not finite; a slide behind a body that turns, three slides, parallel rails or
-  /// slides alone; and, at the path `links/<name>`, a mass matrix that is singular in some configuration.
+  /// values out of range or not finite; and, at the path `links/<name>`, a mass matrix that is singular in
+  /// some configuration.
   ///
-  /// The test for a singular matrix is exact. The matrix is singular if some motion has no kinetic energy
-  /// T = ½ Σ m|v|² + I ω². In such a motion the first body that turns has I = 0 and r = 0. Each body further
-  /// out stands still, or has I = 0 and turns about its centre of mass, which stays.
+  /// The matrix is singular if some motion has no kinetic energy T = ½ Σ m|v|² + I ω². The first body that
+  /// moves in such a motion has no mass behind a prismatic joint, or I = 0 and r = 0 behind a revolute one.
+  /// Only the first two links may be prismatic without mass: carriages. Then, and for I = 0 and r = 0 where
+  /// no prismatic joint follows, the test is exact; where one follows, a link with I > 0 must turn with the
+  /// body.
   Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity);
 
   int size() const { return static_cast<int>(links().size()); }  ///< n
-  int slides() const { return values_->slides; }                 ///< the number of slides: 0, 1 or 2
-  Coordinates coordinates() const { return {size(), slides()}; }
+  const Coordinates& coordinates() const { return values_->coordinates; }
   /// Returns the largest distance that a pin or centre of mass can have from the first pin of a link that
-  /// turns, m; 1 if that is 0.
+  /// turns, m; 1 if that is 0. Displacements count up to their limits; without limits they do not count.
   double reach() const;
-  /// Returns the links that turn, as a chain on a fixed pin.
-  Chain withoutSlides() const;
   const std::vector<Link>& links() const { return values_->links; }
   const std::vector<Joint>& joints() const { return values_->joints; }
   Vec2d gravity() const { return values_->gravity; }
@@ -187,10 +208,8 @@ class Chain {
     std::vector<Link> links;
     std::vector<Joint> joints;
     Vec2d gravity;
-    int slides = 0;
-    std::shared_ptr<const Values> turning{};  ///< of the links that turn; nullptr: all do
+    Coordinates coordinates;
   };
-  explicit Chain(std::shared_ptr<const Values> values) : values_(std::move(values)) {}
 
   std::shared_ptr<const Values> values_;
 };

@@ -27,14 +27,15 @@
 ///
 ///     f = f_ext − V_pd m (Cᵀ Ω + Bᵀ 1 φ̈ + p̈) − W_pd I φ̈
 ///
-/// A slide does not turn against the base: its row and column of T are 0, and its θ and ω are φ and φ̇. Its
-/// partial velocities are its axis, which turns with the base. Then p̈ is more at all bodies j ≥ i:
+/// A prismatic joint i does not turn its body: row i of T is 0. Its partial velocities are its axis d_i,
+/// which turns with body i. q_i d_i lengthens the arms of body i, and Coriolis' acceleration is more at all
+/// bodies j ≥ i:
 ///
-///     V_pd = T B + D,   D_ij = d_i (i ≤ j), of slides i          A_2 = V_pd diag(m_1, m_1, …)
-///     p̈ ← p̈ + (φ̈ q_i + 2 φ̇ q̇_i) k̂×d_i − φ̇² q_i d_i
+///     V_pd = T B + D,   D_ij = d_i (i ≤ j), of prismatic joints i          A_2 = V_pd diag(m_1, m_1, …)
+///     r^i ← r^i + q_i d^i,   p^i ← p^i + q_i d^i                           p̈ ← p̈ + 2 ω_i q̇_i k̂×d_i
 ///
-/// A held tip has the rows c_j of recursion/ends.h and the acceleration ẍ_T that they give. With a_tip =
-/// J_tip q̈ + a_tip(q̈ = 0), and the forces φ along the rows,
+/// A held tip has the rows c_j of recursion/tip_constraint.h and the acceleration ẍ_T that they give. With
+/// a_tip = J_tip q̈ + a_tip(q̈ = 0), and the forces φ along the rows,
 ///
 ///     M_q q̈ = f + J_cᵀ φ          J_c q̈ = c          J_c = (c_j·J_tip),  c = (c_j·(ẍ_T − a_tip(q̈ = 0)))
 ///

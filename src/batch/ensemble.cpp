@@ -18,11 +18,12 @@ namespace planar_chain {
 
 namespace {
 
-/// False for slides, and if a kind refuses the scene: a Simulation then gives the reason.
+/// False for prismatic joints, and if a kind refuses the scene: a Simulation then gives the reason.
 bool allRunInLanes(const Scene& scene) {
   const auto runs = [&](const EffectKind* kind) { return kind->runsInLanes(scene); };
   try {
-    return scene.chain.slides() == 0 && std::all_of(effectKinds().begin(), effectKinds().end(), runs);
+    return !scene.chain.coordinates().anyIsPrismatic() &&
+           std::all_of(effectKinds().begin(), effectKinds().end(), runs);
   } catch (const std::exception&) {
     return false;
   }

@@ -17,50 +17,65 @@ double guessedAngle(Vec2d v) {
   return std::round(std::atan2(v.y, v.x) * 0x1p20) * 0x1p-20;
 }
 
-/// Lays the chain along an arc from its pin to the tip's place, which hangs down. Slides and held joints
-/// stay.
+/// Lays the chain along an arc from its first pin to the tip's place, which hangs down. Prismatic and
+/// prescribed joints stay.
 void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
-  const int slides = chain.slides(), n = chain.size();
+  const Coordinates& coordinates = chain.coordinates();
+  const int leading = coordinates.leading(), n = chain.size();
+  std::vector<Rotation<double>> e(index(n));
+  const std::vector<double> none(index(n));
+  // The way from the pin of body `first`, and its length, by angles of the bodies behind `turn`.
+  const auto wayFrom = [&](int first, double turn) {
+    Vec2d start;
+    for (int j = 0; j < n; ++j) e[index(j)] = plainRotation(coordinates.angle(y.data(), j) + turn);
+    const PointAt<double> tip = sweepOutwards(chain, PointAt<double>{}, e.data(), none.data(), y.data(),
+                                              none.data(), [&](int j, const PointAt<double>& own) {
+                                                if (j == first) start = own.place;
+                                              });
+    return tip.place - start;
+  };
   Vec2d to = at.tipPlace - at.base().pin;
-  to -= railsOf<double>(chain, {plainRotation(at.angle.value)}, y.data(), y.data() + n).first.place;
+  if (leading > 0) to -= wayFrom(0, at.angle.value) - wayFrom(leading, at.angle.value);
   if (at.tip.rows == 1) to = dot(at.tip.row[0], to) * at.tip.row[0];
   // The chord shrinks while the angle of the arc grows to a whole turn.
   Vec2d chord;
   const auto turnBy = [&](double arc) {
-    chord = {};
-    for (int j = slides; j < n; ++j) {
+    for (int j = leading; j < n; ++j) {
+      if (coordinates.isPrismatic(j)) continue;
       const Vec2d pin = chain.links()[index(j)].pin;
-      const double alongArc = arc * (j - slides) / (n - slides) - guessedAngle(pin);
-      const double inner = j > slides ? y[index(j - 1)] : 0;
-      y[index(j)] = at.joints[index(j)].isHeld ? inner + at.held[index(j)].value : alongArc;
-      chord += plainRotation(y[index(j)]) * pin;
+      const double alongArc = arc * (j - leading) / (n - leading) - guessedAngle(pin);
+      const int k = coordinates.inner(j);
+      const double inner = k >= 0 ? y[index(k)] : 0;
+      y[index(j)] = at.joints[index(j)].isPrescribed ? inner + at.held[index(j)].value : alongArc;
     }
+    chord = wayFrom(leading, 0);
     return length(chord);
   };
   double low = 0, high = 2 * pi;
   for (int k = 0; k < 60; ++k) (turnBy((low + high) / 2) > length(to) ? low : high) = (low + high) / 2;
   const double turn = guessedAngle(to) - guessedAngle(chord) - at.angle.value;
   bool turns = false;
-  for (int j = slides; j < n; ++j) {
-    turns = turns || !at.joints[index(j)].isHeld;
-    if (turns) y[index(j)] += turn;
+  for (int j = leading; j < n; ++j) {
+    turns = turns || !at.joints[index(j)].isPrescribed;
+    if (turns && !coordinates.isPrismatic(j)) y[index(j)] += turn;
   }
 }
 
 /// Bends the chain to an arc that spans this angle, rad, less where its joints are far in or out.
 void bend(const Mechanism& mechanism, const Couplings& at, double angle, std::vector<double>& y) {
-  const int n = mechanism.size(), slides = mechanism.slides();
+  const int n = mechanism.size(), leading = mechanism.coordinates().leading();
   double turned = 0;
-  for (int j = slides; j < n; ++j) {
-    const double own = angle * (0.5 - (j - slides + 0.5) / (n - slides));
-    if (!at.joints[index(j)].isHeld) turned = own;
+  for (int j = leading; j < n; ++j) {
+    if (mechanism.coordinates().isPrismatic(j)) continue;
+    const double own = angle * (0.5 - (j - leading + 0.5) / (n - leading));
+    if (!at.joints[index(j)].isPrescribed) turned = own;
     y[index(j)] += turned;
   }
 }
 
 /// How far a tip that is pinned is beyond the reach of a chain on a fixed pin, or within its longest link, m.
 double outOfReach(const Chain& chain, const Couplings& at) {
-  if (chain.slides() > 0 || at.tip.rows < 2) return 0;
+  if (chain.coordinates().anyIsPrismatic() || at.tip.rows < 2) return 0;
   double whole = 0, longest = 0;
   for (const Link& link : chain.links()) {
     whole += length(link.pin);
@@ -77,7 +92,7 @@ Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::ve
   Closing closing;
   if (!scene.tip) return closing;
   Effects effects(scene);
-  const Mechanism mechanism(scene.chain, true, true);
+  const Mechanism mechanism(scene.chain, true);
   Closure closure(mechanism);
   Couplings at(mechanism.size());
   effects.enter(t);

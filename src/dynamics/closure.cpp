@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "dynamics/add_carried.h"
-#include "dynamics/inner_end.h"
 
 namespace planar_chain {
 
@@ -21,12 +20,14 @@ Closure::Closure(const Mechanism& mechanism)
     : mechanism_(mechanism),
       n_(mechanism.size()),
       reach_(mechanism.chain().reach()),
-      recursion_(mechanism.bodies()),
-      joints_(index(n_)),
+      recursion_(mechanism.chain(), false),
+      laws_(index(n_)),
       e_(index(ShortChain::roomFor(n_))),
-      change_(index(n_)),
-      none_(change_),
-      moments_(change_) {}
+      displaced_(index(n_)),
+      omega_(index(n_)),
+      change_(omega_),
+      none_(omega_),
+      moments_(omega_) {}
 
 double Closure::sizeAt(const Couplings& at) const {
   return reach_ + length(at.tipPlace);
@@ -37,57 +38,58 @@ Vec2d Closure::alongRows(const Couplings& at, Vec2d a) const {
   return at.tip.rows == 1 ? dot(at.tip.row[0], a) * at.tip.row[0] : Vec2d{};
 }
 
-Vec2d Closure::gap(const Couplings& at, const double* y) {
+/// The rotations of the bodies, and prismatic joints as of a chain at rest.
+void Closure::pose(const Couplings& at, const double* y) {
+  const Chain& chain = mechanism_.chain();
   mechanism_.rotate(y, at.angle.value, e_.data());
-  Vec2d x = at.base().pin + firstPin(at, y).place;
-  for (int j = mechanism_.slides(); j < n_; ++j) x += e_[index(j)] * mechanism_.chain().links()[index(j)].pin;
-  return alongRows(at, at.tipPlace - x);
+  for (int j = 0; j < n_ && chain.coordinates().anyIsPrismatic(); ++j) {
+    if (chain.coordinates().isPrismatic(j))
+      displaced_[index(j)] = displacementOf(chain.joints()[index(j)].axis, e_[index(j)], 0.0, y[j], 0.0);
+  }
+}
+
+/// Call pose() before.
+PointAt<double> Closure::tip(const Couplings& at, const double* y) {
+  const BaseState base = at.base();
+  mechanism_.findRates(y + n_, base.rate, omega_.data());
+  return sweepOutwards(mechanism_.chain(), PointAt<double>{base.pin, base.velocity}, e_.data(), omega_.data(),
+                       y, y + n_, [](int, const PointAt<double>&) {});
+}
+
+Vec2d Closure::gap(const Couplings& at, const double* y) {
+  pose(at, y);
+  return alongRows(at, at.tipPlace - tip(at, y).place);
 }
 
 Vec2d Closure::rateGap(const Couplings& at, const double* y) {
-  mechanism_.rotate(y, at.angle.value, e_.data());
-  const BaseState base = at.base();
-  Vec2d v = base.velocity + firstPin(at, y).velocity;
-  for (int j = mechanism_.slides(); j < n_; ++j)
-    v += (y[n_ + j] + base.rate) * perp(e_[index(j)] * mechanism_.chain().links()[index(j)].pin);
-  return alongRows(at, at.tipVelocity - v);
+  pose(at, y);
+  return alongRows(at, at.tipVelocity - tip(at, y).velocity);
 }
 
 void Closure::couple(const Couplings& at) {
-  for (std::size_t j = 0; j < joints_.size(); ++j) joints_[j] = {at.joints[j].rotor, at.joints[j].isHeld, 0};
-  recursion_.couple(joints_.data() + mechanism_.slides());
-  inner_ = innerEndOf(mechanism_.chain(), joints_.data());
-  if (at.angle.value == 0) return;
-  const Rotation<double> turn = plainRotation(at.angle.value);
-  for (Slide<double>& slide : inner_.slide) slide.d = turn * slide.d;
-}
-
-/// The first pin of a link that turns, from the ground pin.
-RailPoint<double> Closure::firstPin(const Couplings& at, const double* y) const {
-  if (mechanism_.slides() == 0) return {};
-  const BaseTurn<double> base{plainRotation(at.angle.value), at.angle.rate, 0};
-  return railsOf(mechanism_.chain(), base, y, y + n_).first;
+  for (std::size_t j = 0; j < laws_.size(); ++j)
+    laws_[j] = {at.joints[j].armature, at.joints[j].isPrescribed, 0};
+  recursion_.take(laws_.data());
 }
 
 /// The impulse on the chain at rest that moves the tip by so much, and change_, of which it is the cause.
-EndsMotion<double> Closure::impulse(Tip<double> tip) {
-  const int slides = mechanism_.slides();
-  EndsMotion<double> motion;
-  recursion_.accelerations({e_.data() + slides, none_.data(), nullptr, {}}, nullptr, none_.data(), 0, inner_,
-                           tip, change_.data() + slides, moments_.data(), motion);
-  std::copy_n(motion.acceleration.begin(), slides, change_.begin());
-  return motion;
+/// Call pose() before.
+TipReaction<double> Closure::impulse(Tip<double> tip) {
+  return recursion_
+      .accelerations({e_.data(), none_.data(), nullptr, {}}, nullptr, none_.data(), displaced_.data(), 0, tip,
+                     change_.data(), moments_.data())
+      .tip;
 }
 
 double Closure::spread(const Couplings& at, const double* y) {
   couple(at);
-  mechanism_.rotate(y, at.angle.value, e_.data());
-  const EndsMotion<double> one = impulse(pinnedTip(Vec2d{1, 0})), other = impulse(pinnedTip(Vec2d{0, 1}));
+  pose(at, y);
+  const TipReaction<double> one = impulse(pinnedTip(Vec2d{1, 0})), other = impulse(pinnedTip(Vec2d{0, 1}));
   const Vec2d row = at.tip.row[0];
   const auto square = [](double a) { return a * a; };
   if (one.acting.rows < 2) return one.acting.rows == at.tip.rows ? square(dot(row, one.acting.row[0])) : 0;
   // Of the inverse of the answer, in whose eigenvectors the answer to `row` is a sum of two.
-  const Sym2<double> inverse{one.tipForce.x, (one.tipForce.y + other.tipForce.x) / 2, other.tipForce.y};
+  const Sym2<double> inverse{one.force.x, (one.force.y + other.force.x) / 2, other.force.y};
   const auto [value, vector] = eigen(inverse);
   const double share = std::max(value[1] / value[0], 0.0);
   if (at.tip.rows == 2) return share;
@@ -96,11 +98,11 @@ double Closure::spread(const Couplings& at, const double* y) {
 
 /// Moves the tip by so much, as far as no angle turns by more than `most`.
 void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, double* carry) {
-  const int slides = mechanism_.slides();
+  const Coordinates& coordinates = mechanism_.coordinates();
   impulse({at.tip.rows, at.tip.row, tip});
   double largest = 0;
   for (int j = 0; j < n_; ++j)
-    largest = std::max(largest, std::abs(change_[index(j)]) / (j < slides ? reach_ : 1));
+    largest = std::max(largest, std::abs(change_[index(j)]) / (coordinates.isPrismatic(j) ? reach_ : 1));
   const double share = largest > most ? most / largest : 1;
   for (int j = 0; j < n_; ++j) addCarried(share * change_[index(j)], values[j], carry ? carry + j : nullptr);
 }
@@ -108,7 +110,9 @@ void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, 
 /// An angle of many turns has a rounding of its own, which no change of it can take away.
 double Closure::leastGap(const double* y) const {
   double largest = 0;
-  for (int j = mechanism_.slides(); j < n_; ++j) largest = std::max(largest, std::abs(y[j]));
+  for (int j = 0; j < n_; ++j) {
+    if (!mechanism_.coordinates().isPrismatic(j)) largest = std::max(largest, std::abs(y[j]));
+  }
   return std::max(closed, rounding * largest);
 }
 

@@ -2,11 +2,12 @@
 
 /// The condition that a held tip puts on a state, and the projection onto it.
 ///
-///     c_j·(x_T(t) − x_tip) = 0            c_j·(ẋ_T(t) − ẋ_tip) = 0            rows c_j: ends.h
+///     c_j·(x_T(t) − x_tip) = 0            c_j·(ẋ_T(t) − ẋ_tip) = 0            rows c_j: tip_constraint.h
 ///
 /// What is missing is made up by the motion of least kinetic energy that moves the tip so far: that of an
 /// impulse on the tip of the chain at rest. For places this is Newton's method in the metric of the
-/// mass matrix, for rates it is exact. Each iteration is one sweep, O(n). Held joints stay where they are.
+/// mass matrix, for rates it is exact. Each iteration is one sweep, O(n). Prescribed joints stay where they
+/// are.
 ///
 /// Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, section IV.4: a step that ends
 /// with a projection keeps its order.
@@ -14,9 +15,8 @@
 #include <vector>
 
 #include "dynamics/mechanism.h"
-#include "dynamics/rails.h"
 #include "effects/coupler.h"
-#include "lanes/coupled_chain.h"
+#include "lanes/general_chain.h"
 
 namespace planar_chain {
 
@@ -45,21 +45,22 @@ class Closure {
 
  private:
   void couple(const Couplings& at);
-  RailPoint<double> firstPin(const Couplings& at, const double* y) const;
+  void pose(const Couplings& at, const double* y);
+  PointAt<double> tip(const Couplings& at, const double* y);
   Vec2d alongRows(const Couplings& at, Vec2d a) const;
   void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
-  EndsMotion<double> impulse(Tip<double> tip);
+  TipReaction<double> impulse(Tip<double> tip);
   double leastGap(const double* y) const;
   bool close(const Couplings& at, double* y, double* carry);
 
   const Mechanism& mechanism_;
   const int n_;
   const double reach_;
-  CoupledChain recursion_;
-  std::vector<Coupling<double>> joints_;  ///< as they are, at rest
-  InnerEnd<double> inner_;
+  GeneralChain recursion_;
+  std::vector<JointLaw<double>> laws_;  ///< as they are, at rest
   std::vector<Rotation<double>> e_;
-  std::vector<double> change_, none_, moments_;
+  std::vector<Displacement<double>> displaced_;  ///< at rest
+  std::vector<double> omega_, change_, none_, moments_;
 };
 
 }  // namespace planar_chain

@@ -6,25 +6,26 @@ namespace planar_chain {
 
 namespace {
 
-bool areCoupled(const Scene& scene, const Effects& effects) {
-  return scene.chain.slides() > 0 || !effects.couplers().empty() ||
-         effects.anyForces(&Forces::dependOnMotion);
+/// True if the recursion of bare chains does it all.
+bool isBare(const Scene& scene, const Effects& effects) {
+  return !scene.chain.coordinates().anyIsPrismatic() && effects.couplers().empty() &&
+         !effects.anyForces(&Forces::dependOnMotion);
 }
 
 }  // namespace
 
 Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
     : effects_(scene, std::move(more)),
-      mechanism_(scene.chain, areCoupled(scene, effects_), effects_.holdTip()),
+      mechanism_(scene.chain, !isBare(scene, effects_)),
       n_(mechanism_.size()),
       places_(mechanism_.places()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
       stores_(scene.chain),
       recursion_(mechanism_.makeRecursion()) {
   effects_.arrange(mechanism_.lanes());
-  if (areCoupled(scene, effects_)) coupled_.emplace(mechanism_, effects_);
+  if (!isBare(scene, effects_)) general_.emplace(mechanism_, effects_);
   if (isFree(scene)) momenta_.emplace(mechanism_, effects_);
-  positions_ = !coupled_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
+  positions_ = !general_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
 
   const auto n = index(n_);
   const bool acts = !effects_.empty(), hasForces = effects_.mostActing() == LoadKind::forces;
@@ -50,7 +51,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
 }
 
 std::string Dynamics::recursion() const {
-  if (coupled_) return coupled_->recursion();
+  if (general_) return general_->recursion();
   return std::visit([](const auto& recursion) { return recursion.name(); }, recursion_);
 }
 
@@ -58,29 +59,29 @@ std::string Dynamics::recursion() const {
 
 void Dynamics::enter(double t) {
   effects_.enter(t);
-  if (coupled_) coupled_->forget();
+  if (general_) general_->forget();
   switched();
 }
 
 void Dynamics::reconsider(double t, double* y) {
-  if (coupled_) coupled_->forget();
+  if (general_) general_->forget();
   if (effects_.haveSwitches()) change(t, y);
 }
 
 void Dynamics::enterState(double t, const double* y) {
-  if (coupled_) coupled_->forget();
+  if (general_) general_->forget();
   effects_.enterState(t, y);
   switched();
 }
 
 void Dynamics::change(double t, double* y, const ode::Crossing& found) {
-  if (coupled_) coupled_->prepareChange();
+  if (general_) general_->prepareChange();
   effects_.change(t, y, found);
   switched();
 }
 
 void Dynamics::switched() {
-  isBare_ = !coupled_ && !effects_.act() && works_ == 0;
+  isBare_ = !general_ && !effects_.act() && works_ == 0;
   if (tangents_) takeStiffness();
 }
 
@@ -165,7 +166,7 @@ inline Powers Dynamics::ratesUnderEffects(double t, const double* y, double* out
 }
 
 [[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
-  const Powers powers = coupled_ ? coupled_->rates(t, y, out) : ratesUnderEffects(t, y, out);
+  const Powers powers = general_ ? general_->rates(t, y, out) : ratesUnderEffects(t, y, out);
   if (works_ == 0) return;
   double* works = out + 2 * places_ - positions_;
   works[0] = powers.supplied;
@@ -203,7 +204,7 @@ void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
 void Dynamics::reserve(int complexCount) {
   if (!solve_) {
     takeStiffness();
-    solve_.emplace(mechanism_, effects_, *tangents_, coupled_.has_value());
+    solve_.emplace(mechanism_, effects_, *tangents_, !general_);
     solve_->takeStiffness();
   }
   solve_->reserve(complexCount);
@@ -212,7 +213,7 @@ void Dynamics::reserve(int complexCount) {
 void Dynamics::linearize(double t, const double* y, double* dydt) {
   ++evaluations_;
   evaluate(t, y, dydt);
-  if (coupled_) return solve_->linearize(coupled_->at(t, y));
+  if (general_) return solve_->linearize(general_->at(t, y));
   solve_->linearize(t, y, dydt, outside_);
 }
 
@@ -220,7 +221,7 @@ bool Dynamics::timeDerivative(double* ft) {
   if (!effects_.varyWithTime()) return false;
   std::fill_n(ft, places_, 0.0);
   const Powers power =
-      coupled_ ? solve_->timeDerivative(ft + places_) : timeDerivativeOfLoads(ft + positions_);
+      general_ ? solve_->timeDerivative(ft + places_) : timeDerivativeOfLoads(ft + positions_);
   if (works_ == 0) return true;
   ft[2 * places_] = power.supplied;
   ft[2 * places_ + 1] = power.dissipated;
@@ -261,8 +262,8 @@ Energy Dynamics::energy(double t, const double* y) const {
 }
 
 void Dynamics::accelerations(double t, const double* y, double* alpha) {
-  if (coupled_) {
-    std::copy_n(coupled_->query(t, y).slopes(), n_, alpha);
+  if (general_) {
+    std::copy_n(general_->query(t, y).slopes(), n_, alpha);
     return;
   }
   evaluateInOrder(t, y, room_.derivative.data());
@@ -270,52 +271,56 @@ void Dynamics::accelerations(double t, const double* y, double* alpha) {
 }
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
-  if (coupled_) {
-    const Evaluation& at = coupled_->query(t, y);
+  if (general_) {
+    const Evaluation& at = general_->query(t, y);
     const Vec2d acceleration = at.ground + mechanism_.chain().gravity();
     const Vec2d* F = effects_.acting() == LoadKind::forces ? at.F.data() : nullptr;
-    return moveLinks({at.base.pin, at.base.velocity, acceleration, at.base.angle, at.turn(), y, at.e.data(),
-                      at.omega(), at.alpha.data(), F, at.ends.tipForce},
+    return moveLinks({{at.base.pin, at.base.velocity},
+                      acceleration,
+                      at.groundTurning,
+                      at.base.angle,
+                      y,
+                      at.e.data(),
+                      at.omega(),
+                      at.xdd.data(),
+                      at.displaced.data(),
+                      F,
+                      at.ends.tip.force},
                      motions);
   }
   evaluateInOrder(t, y, room_.derivative.data());
   mechanism_.rotate(y, room_.e.data(), n_);
   const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
-  moveLinks({{}, {}, {}, 0, {}, y, room_.e.data(), y + n_, room_.derivative.data() + n_, F}, motions);
+  moveLinks({{}, {}, 0, 0, y, room_.e.data(), y + n_, room_.derivative.data() + n_, nullptr, F}, motions);
 }
 
 void Dynamics::moveLinks(const ChainMotion& from, LinkMotion* motions) const {
   const Chain& chain = mechanism_.chain();
+  const Coordinates& coordinates = chain.coordinates();
 
   // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
-  Vec2d x = from.pin, v = from.velocity, a = from.acceleration;
-  const int slides = mechanism_.slides();
-  const Rails<double> rails = railsOf(chain, from.turn, from.angles, from.omega);
-  for (int i = 0; i < slides; ++i) {
-    const RailPoint<double>&own = rails.own[index(i)], &com = rails.com[index(i)];
-    a += from.alpha[i] * rails.d[index(i)];
-    motions[i] = {x + own.place,  from.angle,    x + com.place,          v + com.velocity,
-                  from.turn.rate, a + com.drift, from.turn.acceleration, {}};
-  }
-  x += rails.first.place;
-  v += rails.first.velocity;
-  a += rails.first.drift;
-  for (int j = slides; j < n_; ++j) {
-    const Link& link = chain.links()[index(j)];
-    const double w = from.omega[j], alpha = from.alpha[j];
-    const Vec2d R = from.e[j] * link.com, P = from.e[j] * link.pin;
-    LinkMotion& body = motions[j];
-    body.innerPin = x;
-    body.angle = from.angles[j] + from.angle;
-    body.com = x + R;
-    body.velocity = v + w * perp(R);
-    body.omega = w;
-    body.acceleration = a + alpha * perp(R) - (w * w) * R;
-    body.alpha = alpha;
-    x += P;
-    v += w * perp(P);
-    a += alpha * perp(P) - (w * w) * P;
-  }
+  Moved<double> moved{from.acceleration, from.turning};
+  sweepOutwards(chain, from.pin, from.e, from.omega, from.y, from.y + n_,
+                [&](int j, const PointAt<double>& own) {
+                  const Link& link = chain.links()[index(j)];
+                  if (coordinates.isPrismatic(j)) {
+                    const auto& [d, S, gamma] = from.displaced[j];
+                    moved.a = mulAdd(moved.alpha, perp(S), moved.a + gamma) + from.xdd[j] * d;
+                  } else {
+                    moved.alpha = from.xdd[j];
+                  }
+                  const double w = from.omega[j], alpha = moved.alpha;
+                  const Vec2d R = from.e[j] * link.com, P = from.e[j] * link.pin;
+                  LinkMotion& body = motions[j];
+                  body.innerPin = own.place;
+                  body.angle = coordinates.angle(from.y, j) + from.angle;
+                  body.com = own.place + R;
+                  body.velocity = own.velocity + w * perp(R);
+                  body.omega = w;
+                  body.acceleration = moved.a + alpha * perp(R) - (w * w) * R;
+                  body.alpha = alpha;
+                  moved.a += alpha * perp(P) - (w * w) * P;
+                });
 
   // Inwards: the forces in the pins, F_pin,j = m (a_j − g) − F_j + F_pin,j+1.
   Vec2d next = -1.0 * from.tipForce;
@@ -329,9 +334,9 @@ void Dynamics::moveLinks(const ChainMotion& from, LinkMotion* motions) const {
 void Dynamics::jointTorques(double t, const double* y, double* tau) {
   std::fill_n(tau, n_, 0.0);
   ChainState at{t, y, y + n_};
-  if (coupled_) {
-    coupled_->torques(t, y, tau);
-    at = coupled_->query(t, y).state();
+  if (general_) {
+    general_->torques(t, y, tau);
+    at = general_->query(t, y).state();
   }
   for (Effect* effect : effects_.active()) {
     if (!effect->coupler()) effect->addTorques(at, tau);

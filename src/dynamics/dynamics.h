@@ -6,16 +6,16 @@
 ///     y = [ θ_1…θ_n  ω_1…ω_n  (W_s  W_d) ]      θ̇ = ω      ω̇ = α(θ, ω, t)
 ///     Ẇ_s = power that the effects supply       Ẇ_d = power that they take from the chain
 ///
-/// Of slides θ and ω are the position s and its rate.
+/// Of prismatic joints θ and ω are the displacement s and its rate.
 ///
 /// The two works W exist only if an effect may have power. Long chains store their states in lane order
 /// (lanes/arrangement.h): angles and rates in the order of the segments, then the works.
 ///
 /// It owns the mechanism, the effects, and a recursion for q̈. The constructor chooses the recursion, by the
 /// length of the chain and by what the effects say of themselves: written out or in segments
-/// (Recursion); or with coupled joints, a moving base and welded bodies (CoupledMotion). If the base turns, θ
-/// and ω are measured from it, and states are in chain order. The loop of a chain without effects contains no
-/// test for them. Effects sums powers, and this makes works of them, for all recursions.
+/// (Recursion); or with joints of any kind, a moving base and welded bodies (GeneralMotion). If the base
+/// turns, θ and ω are measured from it, and states are in chain order. The loop of a chain without effects
+/// contains no test for them. Effects sums powers, and this makes works of them, for all recursions.
 
 #include <complex>
 #include <memory>
@@ -23,8 +23,8 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/coupled_motion.h"
 #include "dynamics/exact_solve.h"
+#include "dynamics/general_motion.h"
 #include "dynamics/mechanism.h"
 #include "dynamics/momenta.h"
 #include "dynamics/stored_energy.h"
@@ -34,7 +34,7 @@
 #include "planar_chain/energy.h"
 #include "planar_chain/motion.h"
 #include "planar_chain/scene.h"
-#include "recursion/coupled_series.h"
+#include "recursion/general_series.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
@@ -64,25 +64,26 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// found: as in Switching::change().
   void change(double t, double* y, const ode::Crossing& found = {});
 
-  // ---- Held joints: driven or stuck ------------------------------------------------------------------
+  // ---- Prescribed joints: driven or stuck
+  // ------------------------------------------------------------------
 
   /// Puts held joints where they are at t, exactly. Returns true if there are any.
-  bool hold(double t, double* y) { return coupled_ && coupled_->hold(t, y); }
+  bool hold(double t, double* y) { return general_ && general_->hold(t, y); }
   /// The same for relative angles and rates.
   void hold(double t, double* q, double* qd) {
-    if (coupled_) coupled_->hold(t, q, qd);
+    if (general_) general_->hold(t, q, qd);
   }
 
   // ---- A held tip ------------------------------------------------------------------------------------
 
   bool holdsTip() const { return effects_.holdTip(); }
   /// The distance of the tip from where it is held, m; 0 if it is free.
-  double closureError(double t, const double* y) { return coupled_ ? coupled_->closureError(t, y) : 0; }
+  double closureError(double t, const double* y) { return general_ ? general_->closureError(t, y) : 0; }
   /// See Closure::spread(); 1 if the tip is free.
-  double closureMargin(double t, const double* y) { return coupled_ ? coupled_->spread(t, y) : 1; }
+  double closureMargin(double t, const double* y) { return general_ ? general_->spread(t, y) : 1; }
   /// The force on the tip, N.
   Vec2d tipForce(double t, const double* y) {
-    return holdsTip() ? coupled_->query(t, y).ends.tipForce : Vec2d{};
+    return holdsTip() ? general_->query(t, y).ends.tip.force : Vec2d{};
   }
 
   // ---- Results; states in chain order ---------------------------------------------------------------
@@ -92,7 +93,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
-  long long evaluations() const { return (coupled_ ? coupled_->evaluations() : evaluations_) + endedOrders_; }
+  long long evaluations() const { return (general_ ? general_->evaluations() : evaluations_) + endedOrders_; }
   Energy energy(double t, const double* y) const;
   /// Write n values each; see simulation.h.
   void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y
@@ -113,13 +114,13 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   int places() const override { return places_; }
   void rates(double t, const double* y, double* out) override;
   void endedAt(ode::State& state) override {
-    if (coupled_) coupled_->endedAt(state);
+    if (general_) general_->endedAt(state);
   }
   /// True if project() moves states.
   bool keepsConditions() const { return holdsTip() || momenta_; }
   bool project(ode::State& state, const ode::State& before) override {
     if (momenta_) momenta_->keep(before.t, before.y.data(), state.t, state.y.data(), state.carry.data());
-    return !holdsTip() || coupled_->project(state.t, state.y.data(), state.carry.data());
+    return !holdsTip() || general_->project(state.t, state.y.data(), state.carry.data());
   }
 
   // ---- ode::LinearizedSystem -----------------------------------------------------------------------
@@ -137,27 +138,27 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
 
   // ---- ode::SeriesSystem ---------------------------------------------------------------------------
 
-  bool jumpsOften() const override { return coupled_ && coupled_->isWeldable(); }
+  bool jumpsOften() const override { return general_ && general_->isWeldable(); }
   /// True if the motion has a Taylor series.
   bool hasSeries() const;
   bool seriesAreWorthwhile() const override { return hasSeries() && MotionSeries::areWorthwhile(n_); }
   void reserveSeries(int order) override;
   int driving() const override { return 2 * mechanism_.size(); }
   void series(double t, const double* y, const double* carry, int order, double* c) override;
-  bool hasIntegrands() const override { return coupled_ && !series_ ? works_ > 0 : effects_.act(); }
+  bool hasIntegrands() const override { return general_ && !series_ ? works_ > 0 : effects_.act(); }
   void integrands(double t, const double* y, double* rates) override;
   double seriesCost(int order) const override;
 
  private:
-  /// A motion of the chain: of the ground pin, the base's angle, and of each link. F: nullptr if no force
-  /// acts.
+  /// A motion of the chain: of the base and its pin, and of each link. F: nullptr if no force acts.
   struct ChainMotion {
-    Vec2d pin, velocity, acceleration;
-    double angle;
-    BaseTurn<double> turn;  ///< of the base
-    const double* angles;   ///< from the base's angle
+    PointAt<double> pin;
+    Vec2d acceleration;
+    double turning, angle;
+    const double* y;  ///< angles from the base's angle
     const Rotation<double>* e;
-    const double *omega, *alpha;
+    const double *omega, *xdd;
+    const Displacement<double>* displaced;
     const Vec2d* F;
     Vec2d tipForce{};
   };
@@ -195,11 +196,11 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   Powers timeDerivativeOfLoads(double* slopes);
 
   void findOrder(int k) override;
-  void findCoupledSeries(double t, const double* y, int order, double* c);
+  void findGeneralSeries(double t, const double* y, int order, double* c);
 
   Effects effects_;
   const Mechanism mechanism_;
-  std::optional<CoupledMotion> coupled_;  ///< nothing: recursion_ runs
+  std::optional<GeneralMotion> general_;  ///< nothing: recursion_ runs
   std::optional<Momenta> momenta_;        ///< of a free chain
   int n_, places_, works_;
   const Stores stores_;
@@ -216,7 +217,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<EffectTangents> tangents_;
   std::optional<ExactSolve> solve_;
   std::optional<MotionSeries> series_;
-  std::optional<CoupledSeries> coupledSeries_;
+  std::optional<GeneralSeries> generalSeries_;
   std::optional<Couplings> orders_;  ///< of the coupled series
   Series known_{};                   ///< of the series in hand
 };

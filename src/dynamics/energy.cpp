@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/rails.h"
+#include "dynamics/pose.h"
 #include "dynamics/stored_energy.h"
 #include "lanes/segments.h"
 
@@ -27,35 +27,26 @@ namespace {
 /// ground outwards.
 template <class F>
 void forCentres(const Chain& chain, const double* theta, const double* omega, const BaseState& base, F f) {
+  // A block of bodies at a time, whose rotations need no memory of the heap.
   constexpr int atOnce = 32;
-  double angles[atOnce];
+  const Coordinates& coordinates = chain.coordinates();
+  double angles[atOnce], rates[atOnce];
   Rotation<double> e[atOnce];
-  Vec2d pin = base.pin, pinVelocity = base.velocity;
-  const int slides = chain.slides();
-  if (slides > 0) {
-    const BaseTurn<double> turn{plainRotation(base.angle), base.rate, 0};
-    const Rails<double> rails = railsOf(chain, turn, theta, omega);
-    for (int i = 0; i < slides; ++i) {
-      const RailPoint<double>& com = rails.com[index(i)];
-      f(i, PlacedBody{pin + rails.own[index(i)].place, turn.e}, pin + com.place, pinVelocity + com.velocity,
-        base.rate);
+  PointAt<double> pin{base.pin, base.velocity};
+  for (int first = 0; first < chain.size(); first += atOnce) {
+    const int count = std::min(atOnce, chain.size() - first);
+    for (int k = 0; k < count; ++k) {
+      angles[k] = coordinates.angle(theta, first + k) + base.angle;
+      rates[k] = coordinates.angle(omega, first + k) + base.rate;
     }
-    pin += rails.first.place;
-    pinVelocity += rails.first.velocity;
-  }
-  for (int j = slides; j < chain.size(); ++j) {
-    const int place = (j - slides) % atOnce;
-    if (place == 0) {
-      const int count = std::min(atOnce, chain.size() - j);
-      for (int k = 0; k < count; ++k) angles[k] = theta[j + k] + base.angle;
-      plainRotations(angles, e, count);
-    }
-    const Link& link = chain.links()[index(j)];
-    const double rate = omega[j] + base.rate;
-    const Vec2d R = e[place] * link.com, P = e[place] * link.pin;
-    f(j, PlacedBody{pin, e[place]}, pin + R, pinVelocity + rate * perp(R), rate);
-    pin += P;
-    pinVelocity += rate * perp(P);
+    plainRotations(angles, e, count);
+    pin = sweepOutwards(
+        chain, first, first + count, pin, e, rates, theta + first, omega + first,
+        [&](int j, const PointAt<double>& own) {
+          const int k = j - first;
+          const Vec2d R = e[k] * chain.links()[index(j)].com;
+          f(j, PlacedBody{own.place, e[k]}, own.place + R, own.velocity + rates[k] * perp(R), rates[k]);
+        });
   }
 }
 
@@ -68,7 +59,7 @@ Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
 Energy energyOf(const Chain& chain, const Stores& stores, const double* theta, const double* omega,
                 const BaseState& base) {
   Energy energy;
-  const Coordinates coordinates = chain.coordinates();
+  const Coordinates& coordinates = chain.coordinates();
   forCentres(chain, theta, omega, base, [&](int j, const PlacedBody& body, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
     double stored = 0;

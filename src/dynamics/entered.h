@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "dynamics/coupled_motion.h"
+#include "dynamics/general_motion.h"
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
@@ -12,11 +12,7 @@ namespace planar_chain {
 struct Entered {
   /// q, qd: relative angles (rad) and rates (rad/s), one a joint. The scene must outlive this object.
   Entered(const Scene& scene, double time, const Eigen::VectorXd& q, const Eigen::VectorXd& qd)
-      : effects(scene),
-        mechanism(scene.chain, true, effects.holdTip()),
-        motion(mechanism, effects),
-        t(time),
-        y(2 * q.size()) {
+      : effects(scene), mechanism(scene.chain, true), motion(mechanism, effects), t(time), y(2 * q.size()) {
     mechanism.coordinates().toAbsolute(q.data(), y.data());
     mechanism.coordinates().toAbsolute(qd.data(), y.data() + q.size());
     effects.enter(t);
@@ -28,7 +24,7 @@ struct Entered {
 
   Effects effects;
   Mechanism mechanism;
-  CoupledMotion motion;
+  GeneralMotion motion;
   double t;
   Eigen::VectorXd y;
 };

@@ -12,7 +12,7 @@
 #include "dynamics/closure.h"
 #include "dynamics/effect_tangents.h"
 #include "dynamics/group_matrix.h"
-#include "dynamics/rails.h"
+#include "dynamics/pose.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/segments.h"
@@ -68,7 +68,8 @@ class Search {
           std::abs(factor) * (length(load->force) * reach + std::abs(load->moment) + std::abs(load->torque));
     }
     acting_ = scale_;
-    for (const Joint& joint : scene.chain.joints()) scale_ += (joint.slides ? reach_ : 1) * momentOf(joint);
+    for (const Joint& joint : scene.chain.joints())
+      scale_ += (joint.isPrismatic ? reach_ : 1) * momentOf(joint);
     if (!std::isfinite(scale_)) throw std::domain_error("forces and torques whose sum is not finite");
     matrix_.floor *= scale_;
     if (scene.tip) hold();
@@ -77,14 +78,17 @@ class Search {
     F_.resize(index(n_));
     e_.resize(index(n_));
     pinVelocity_.resize(index(n_));
+    place_.resize(index(n_));
   }
 
   std::vector<double> from(std::vector<double> q, int mostSteps, const std::function<bool()>& keepGoing) {
-    for (int j = coordinates_.slides(); j < n_ && !held_; ++j) q[index(j)] = nearer(j, q[index(j)]);
+    for (int j = 0; j < n_ && !held_; ++j) {
+      if (!coordinates_.isPrismatic(j)) q[index(j)] = nearer(j, q[index(j)]);
+    }
     for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
     Eigen::VectorXd theta(n_);
     coordinates_.toAbsolute(q.data(), theta.data());
-    for (int i = 0; i < coordinates_.slides() && !held_; ++i) {
+    for (int i = 0; i < coordinates_.leading() && !held_; ++i) {
       if (!isDriven_[index(i)]) settleSlide(i, theta);
     }
     const Eigen::VectorXd start = theta;
@@ -127,30 +131,47 @@ class Search {
     return std::abs(least - q) > longestTurn ? least : q;
   }
 
-  /// Bodies behind driven joints turn with the body before: one group. Group −1 is the ground. Beside a held
-  /// tip, slides are groups too, the first ones; without it they do not depend on angles.
+  /// Bodies behind driven joints turn with the body before: one group. Group −1 is the ground. Displacements
+  /// are groups too, the first ones; but those of carriages without a held tip do not depend on angles.
   void group() {
     isDriven_.resize(index(n_), false);
     for (const Drive& drive : scene_.drives) isDriven_[index(drive.joint)] = true;
+    groups_.assign(index(n_), -1);
     for (int j = 0; j < n_; ++j) {
-      const bool slides = coordinates_.slides(j), isFirst = !isDriven_[index(j)] && (!slides || scene_.tip);
-      if (isFirst) firsts_.push_back(j);
-      if (slides) matrix_.apart = static_cast<int>(firsts_.size());
-      const int last = static_cast<int>(firsts_.size()) - 1;
-      groups_.push_back((slides ? isFirst : last >= matrix_.apart) ? last : -1);
+      if (!coordinates_.isPrismatic(j) || isDriven_[index(j)] || (coordinates_.turner(j) < 0 && !scene_.tip))
+        continue;
+      groups_[index(j)] = static_cast<int>(firsts_.size());
+      firsts_.push_back(j);
     }
+    matrix_.apart = static_cast<int>(firsts_.size());
+    int last = -1;
+    for (int j = 0; j < n_; ++j) {
+      if (coordinates_.isPrismatic(j)) continue;
+      if (!isDriven_[index(j)]) {
+        last = static_cast<int>(firsts_.size());
+        firsts_.push_back(j);
+      }
+      groups_[index(j)] = last;
+    }
+    for (Eigen::Index g = 0; g < matrix_.apart; ++g)
+      matrix_.turner.push_back(turnerGroup(firsts_[static_cast<std::size_t>(g)]));
   }
-  /// What a slide moves by where an angle turns by 1 rad, m. So forces along rails are compared with moments.
-  double unitOf(int j) const { return coordinates_.slides(j) ? reach_ : 1; }
+  /// The group with which body j turns.
+  int turnerGroup(int j) const {
+    const int turner = coordinates_.turner(j);
+    return turner >= 0 ? groups_[index(turner)] : -1;
+  }
+  /// What a displacement changes by where an angle turns by 1 rad, m. So forces are compared with moments.
+  double unitOf(int j) const { return coordinates_.isPrismatic(j) ? reach_ : 1; }
 
   /// @throws SearchGaveUp where springs or stops hold body j, else std::domain_error
   [[noreturn]] void giveUpFarFromStart(int j) const {
     const std::vector<Joint>& joints = scene_.chain.joints();
     const auto own = joints.begin() + j;
-    if (std::all_of(own->slides ? own : joints.begin(), own + 1, storesEnergy))
+    if (std::all_of(own->isPrismatic ? own : joints.begin(), own + 1, storesEnergy))
       throw SearchGaveUp("the search for an equilibrium gave up " + toText(farthest * unitOf(j)) +
-                         (own->slides ? " m" : " rad") + " from its start: there may be one");
-    if (own->slides) throw std::domain_error(endlessSlide(*own));
+                         (own->isPrismatic ? " m" : " rad") + " from its start: there may be one");
+    if (own->isPrismatic) throw std::domain_error(endlessSlide(*own));
     throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
   }
   static std::string endlessSlide(const Joint& joint, const std::string& why = "") {
@@ -159,7 +180,7 @@ class Search {
 
   /// A tip that is held: what closes the chain.
   struct Held {
-    Held(const Chain& chain, int n) : mechanism(chain, true, true), closure(mechanism), at(n), y(2 * n) {}
+    Held(const Chain& chain, int n) : mechanism(chain, true), closure(mechanism), at(n), y(2 * n) {}
 
     Mechanism mechanism;
     Closure closure;
@@ -217,7 +238,7 @@ class Search {
       double force = N_[i];
       for (int j = i; j < n_; ++j) {
         const Link& link = scene_.chain.links()[index(j)];
-        force += dot(railOf(i), link.mass * scene_.chain.gravity() + F_[index(j)]);
+        force += dot(axisOf(i), link.mass * scene_.chain.gravity() + F_[index(j)]);
       }
       if (std::abs(force) <= exact * scale_) return;
       const double stop = force > 0 ? joint.upper : joint.lower, k = tangents_.k[index(i)];
@@ -234,7 +255,8 @@ class Search {
 
   /// Γ and the tridiagonal matrix of the groups.
   void find(const Eigen::VectorXd& theta) {
-    for (int j = coordinates_.slides(); j < n_; ++j) e_[index(j)] = plainRotation(theta[j] + baseAngle_);
+    for (int j = 0; j < n_; ++j)
+      e_[index(j)] = plainRotation(coordinates_.angle(theta.data(), j) + baseAngle_);
     N_.setZero();
     std::fill(F_.begin(), F_.end(), Vec2d{});
     effects_.enterState(t_, (Eigen::VectorXd(2 * n_) << theta, still_).finished().data());
@@ -252,49 +274,64 @@ class Search {
       outer = held_->force;
       for (Eigen::VectorXd& x : held_->x) x.setZero(groups);
     }
-    for (int j = n_ - 1; j >= 0; --j) {
-      const Link& link = scene_.chain.links()[index(j)];
-      const Vec2d weight = link.mass * scene_.chain.gravity();
-      const Vec2d R = e_[index(j)] * link.com, P = e_[index(j)] * link.pin;
-      const int group = groups_[index(j)];
-      const Vec2d tip = coordinates_.slides(j) ? reach_ * railOf(j) : perp(P);  // moves so with the group
-      if (group >= 0 && coordinates_.slides(j)) {
-        moment_[group] += reach_ * N_[j] + dot(tip, outer + weight + F_[index(j)]);
-      } else if (group >= 0) {
-        moment_[group] += N_[j] + cross(R, weight) + cross(P, outer);
-        matrix_.kappa[group] += dot(R, weight) + dot(P, outer);
-        if (!tangents_.XF.empty()) matrix_.kappa[group] += tangents_.XF[index(j)];
-      }
-      for (int r = 0; held_ && group >= 0 && r < held_->at.tip.rows; ++r)
-        held_->x[r][group] += dot(held_->at.tip.row[index(r)], tip);
-      outer += weight + F_[index(j)];
-    }
+    matrix_.across.setZero(matrix_.apart);
+    for (int j = n_ - 1; j >= 0; --j) addBody(j, theta[j], outer);
     for (Eigen::Index g = 0; g < groups; ++g) {
       const int first = firsts_[static_cast<std::size_t>(g)];
       matrix_.spring[g] = unitOf(first) * unitOf(first) * tangents_.k[index(first)];
     }
   }
-  Vec2d railOf(int i) const { return plainRotation(baseAngle_) * scene_.chain.joints()[index(i)].axis; }
+  /// What body j and all further out add. x: its coordinate; outer: the forces further out, which it joins.
+  void addBody(int j, double x, Vec2d& outer) {
+    const Link& link = scene_.chain.links()[index(j)];
+    const Vec2d weight = link.mass * scene_.chain.gravity();
+    const Vec2d R = e_[index(j)] * link.com, P = e_[index(j)] * link.pin;
+    const Vec2d all = outer + weight + F_[index(j)];
+    const int turned = turnerGroup(j);
+    const bool isPrismatic = coordinates_.isPrismatic(j);
+    const auto moveTip = [&](int group, Vec2d by) {
+      for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
+        held_->x[r][group] += dot(held_->at.tip.row[index(r)], by);
+    };
+    if (turned >= 0) {
+      moment_[turned] += (isPrismatic ? 0 : N_[j]) + cross(R, weight) + cross(P, outer);
+      matrix_.kappa[turned] += dot(R, weight) + dot(P, outer);
+      if (!isPrismatic && !tangents_.XF.empty()) matrix_.kappa[turned] += tangents_.XF[index(j)];
+      moveTip(turned, perp(P));
+    }
+    if (isPrismatic) {
+      const Vec2d d = axisOf(j), S = x * d;
+      const int own = groups_[index(j)];
+      if (turned >= 0) {
+        moment_[turned] += cross(S, all);
+        matrix_.kappa[turned] += dot(S, all);
+        moveTip(turned, perp(S));
+      }
+      if (own >= 0) {
+        moment_[own] += reach_ * N_[j] + dot(reach_ * d, all);
+        matrix_.across[own] = -dot(reach_ * perp(d), all);
+        moveTip(own, reach_ * d);
+      }
+    }
+    outer = all;
+  }
+  Vec2d axisOf(int i) const { return e_[index(i)] * scene_.chain.joints()[index(i)].axis; }
   /// V of weights, springs, stops and loads, J.
-  double energyAt(const Eigen::VectorXd& theta) const {
+  double energyAt(const Eigen::VectorXd& theta) {
     const BaseState base{{}, {}, baseAngle_, 0};
     double energy = energyOf(scene_.chain, stores_, theta.data(), still_.data(), base).potential;
-    const auto rails =
-        railsOf<double>(scene_.chain, {plainRotation(baseAngle_)}, theta.data(), still_.data());
+    if (loads_.empty()) return energy;
+    for (int j = 0; j < n_; ++j)
+      e_[index(j)] = plainRotation(coordinates_.angle(theta.data(), j) + baseAngle_);
+    sweepOutwards(scene_.chain, PointAt<double>{}, e_.data(), still_.data(), theta.data(), still_.data(),
+                  [&](int j, const PointAt<double>& own) { place_[index(j)] = own.place; });
     for (const auto& [load, factor] : loads_) {
       if (load->joint != Load::none)
         energy -= factor * load->torque * coordinates_.relative(theta.data(), load->joint);
       if (load->link == Load::none) continue;
-      if (coordinates_.slides(load->link)) {
-        energy -= factor * dot(load->force, rails.own[index(load->link)].place);
-        continue;
-      }
-      Vec2d place = rails.first.place;
-      for (int j = coordinates_.slides(); j <= load->link; ++j) {
-        const Vec2d arm = j < load->link ? scene_.chain.links()[index(j)].pin : load->point;
-        place += plainRotation(theta[j] + baseAngle_) * arm;
-      }
-      energy -= factor * (dot(load->force, place) + load->moment * theta[load->link]);
+      const Vec2d place = place_[index(load->link)] + e_[index(load->link)] * load->point;
+      energy -=
+          factor * (dot(load->force, place) + load->moment * coordinates_.angle(theta.data(), load->link));
     }
     return energy;
   }
@@ -345,10 +382,9 @@ class Search {
     const Eigen::Index groups = matrix_.kappa.size(), bad = matrix_.factor(0, unsure * scale_);
     if (groups == 0 || ++pushes_ > mostPushes) return false;
     // The softest direction x: xᵀ H x is that pivot; or by inverse iteration.
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(groups);
+    Eigen::VectorXd x(groups);
     if (bad < groups) {
-      x[bad] = 1;
-      for (Eigen::Index g = bad; g-- > 0;) x[g] = matrix_.between(g + 1) * x[g + 1] / matrix_.pivot[g];
+      x = matrix_.alongPivot(bad);
     } else {
       for (Eigen::Index g = 0; g < groups; ++g) x[g] = 1 + 0.5 * plainRotation(static_cast<double>(g)).s;
       for (int k = 0; k < 4; ++k) x = matrix_.solved(x).normalized();
@@ -378,7 +414,7 @@ class Search {
   std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
   std::vector<std::pair<const Load*, double>> loads_;  ///< and their factors
   Eigen::VectorXd N_, still_, moment_;
-  std::vector<Vec2d> F_, pinVelocity_;
+  std::vector<Vec2d> F_, pinVelocity_, place_;
   std::vector<Rotation<double>> e_;
 };
 

@@ -14,12 +14,14 @@
 /// stationary. If V falls from there along the softest direction, that is no minimum, and the search goes on.
 /// Driven joints keep their angles.
 ///
-/// Weights and constant forces on a slide do not depend on where it is, so slides come first, one by one:
+/// A displacement s along d of a body that turns is one more angle, s over the chain's reach. With W all
+/// forces on its link and further out, its force is N + d·W, κ of the body is more by S·W, and −id·W couples
+/// both. A carriage's force does not depend on where it is. Without a held tip, carriages come first, one by
+/// one:
 ///
 ///     k_s δs = N_s + d·Σ (m_j g + F_j)
 ///
-/// A slide that nothing pushes along a rail without spring stays. Where the tip is held, its force moves
-/// slides too: then s over the chain's reach is one more angle, with κ = 0 and no spring to its neighbours.
+/// A carriage that nothing pushes along an axis without spring stays.
 
 #include <functional>
 #include <stdexcept>

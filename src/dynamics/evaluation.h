@@ -3,15 +3,14 @@
 /// The state of a chain whose joints may couple accelerations and whose base may move, and all that follows
 /// from it: moments and forces of the effects, the motion of the bodies, moments in the joints, powers.
 ///
-/// If the base turns by φ(t), y holds ψ = θ − φ and ψ̇, so that ψ_1 = q_1. The recursion has θ. With τ_1 the
-/// torque of the effects in joint 1,
+/// If the base turns by φ(t), y holds angles ψ = θ − φ and ψ̇, so that ψ_1 = q_1. The recursion has θ. With
+/// M_0 the moment of the base on the chain about the ground pin, F_0 its force,
 ///
-///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of held joints + F_pin·v_base + (μ_1 + τ_1) φ̇
+///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of prescribed joints + F_0·v_base + M_0 φ̇
 ///     + λ·v_tip
 ///
-/// In the arrays the slides come first: their positions, their rates in ω, s̈ in α, forces along the rails in
-/// N and μ; e of the base; and as pins their own points. Joint 1 is then the first one behind them, and the
-/// moment of the base on what slides counts too (inner_end.h).
+/// Coordinates of prismatic joints are displacements; their N and μ are forces along the axis. Pins are the
+/// own points of the bodies.
 ///
 /// States are in chain order, whatever the length.
 
@@ -20,9 +19,8 @@
 #include <vector>
 
 #include "dynamics/mechanism.h"
-#include "dynamics/rails.h"
 #include "effects/effects.h"
-#include "lanes/coupled_chain.h"
+#include "lanes/general_chain.h"
 
 namespace planar_chain {
 
@@ -39,32 +37,30 @@ struct Evaluation {
     return {t, y.data(), y.data() + N.size(), e.data(), pinVelocity.data(), base.rate, pin.data()};
   }
   /// The rates of the bodies against the ground, rad/s.
-  const double* omega() const { return turning.empty() ? y.data() + N.size() : turning.data(); }
-  /// How the base turns the slides.
-  BaseTurn<double> turn() const { return {e.front(), base.rate, groundTurning}; }
-  bool turnsRails() const { return base.angle != 0 || base.rate != 0 || groundTurning != 0; }
-  /// ψ̈, rad/s².
-  const double* slopes() const { return slopesOnBase.empty() ? alpha.data() : slopesOnBase.data(); }
+  const double* omega() const { return bodyRates.empty() ? y.data() + N.size() : bodyRates.data(); }
+  /// ÿ of the coordinates: ψ̈, rad/s², or m/s².
+  const double* slopes() const { return slopesOnBase.empty() ? xdd.data() : slopesOnBase.data(); }
 
-  bool isPlain;  ///< the base stands still, and the chain has no ends
+  bool isPlain;  ///< the base stands still, and the tip is free
   bool isKnown = false;
-  bool hasMoments = false;                    ///< of a welded chain: then `moments` are known
-  double t = 0;                               ///< s
-  std::vector<double> y;                      ///< [ψ ψ̇]
-  BaseState base;                             ///< at t
-  Vec2d ground;                               ///< acceleration of the ground pin less gravity, m/s²
-  double groundTurning = 0;                   ///< angular acceleration of the base, rad/s²
-  Vec2d pinForce;                             ///< of the base on the chain, N
-  double slidesMoment = 0;                    ///< of the base on slides, about the ground pin, N m
-  std::vector<Rotation<double>> e;            ///< exp(i θ_j)
-  std::vector<double> N;                      ///< moments of the effects about the inner pins, N m
-  std::vector<double> alpha;                  ///< against the ground, rad/s²
-  std::vector<double> moments;                ///< μ in the joints, N m
-  std::vector<double> turning, slopesOnBase;  ///< if the base moves
-  EndsMotion<double> ends;                    ///< if the chain has ends
-  std::vector<Vec2d> F, pinVelocity;          ///< if forces act
-  std::vector<Vec2d> pin;                     ///< places of the inner pins, if a force depends on them
-  Powers powers;                              ///< of effects, drives and base, W
+  bool hasMoments = false;                      ///< of a welded chain: then `moments` are known
+  double t = 0;                                 ///< s
+  std::vector<double> y;                        ///< [ψ ψ̇]
+  BaseState base;                               ///< at t
+  Vec2d ground;                                 ///< acceleration of the ground pin less gravity, m/s²
+  double groundTurning = 0;                     ///< angular acceleration of the base, rad/s²
+  std::vector<Rotation<double>> e;              ///< exp(i θ_j) of the bodies
+  std::vector<double> N;                        ///< moments of the effects about the own points, N m
+  std::vector<double> xdd;                      ///< of the coordinates, angles against the ground
+  std::vector<double> moments;                  ///< μ in the joints, N m
+  std::vector<double> bodyAngles;               ///< ψ of the bodies, if a joint is prismatic
+  std::vector<double> bodyRates;                ///< if a joint is prismatic or the base moves
+  std::vector<double> slopesOnBase;             ///< if the base moves
+  std::vector<Displacement<double>> displaced;  ///< of prismatic joints, if there are any
+  EndForces<double> ends;                       ///< the wrench of the base only if it moves
+  std::vector<Vec2d> F, pinVelocity;            ///< if forces act
+  std::vector<Vec2d> pin;                       ///< places of the pins, if a force depends on them
+  Powers powers;                                ///< of effects, drives and base, W
 };
 
 /// Only the constructor allocates.
@@ -80,19 +76,14 @@ class Evaluator {
   void invert(const Evaluation& at, const double* less, const double* qdd, double* moments);
   /// Call it if something couples otherwise than before, apart from what varies with time.
   void forgetCouplings() { hasCouplings_ = false; }
-  std::string recursion() const {
-    return recursion_.name() + (mechanism_.hasEnds() ? ", slides and held tips" : "");
-  }
+  std::string recursion() const { return recursion_.name(); }
 
  private:
   void takeCouplings(double t);
-  void coupleRecursion();
-  const double* turn(Evaluation& to) const;
+  void takeLaws();
+  const double* pose(Evaluation& to) const;
   void placePins(Evaluation& to) const;
-  void run(Evaluation& to, const double* theta);
-  void runBetweenEnds(Evaluation& to, const double* theta);
-  void runOnRails(Evaluation& to, const double* theta);
-  void sweepBetweenEnds(Evaluation& to, const double* theta, Vec2d ground);
+  void run(Evaluation& to, const double* angles);
   double couplingPower(const Evaluation& at);
   const Vec2d* forces(const Evaluation& at) const {
     return effects_.acting() == LoadKind::forces ? at.F.data() : nullptr;
@@ -101,12 +92,11 @@ class Evaluator {
   const Mechanism& mechanism_;
   Effects& effects_;
   int n_;
-  CoupledChain recursion_;
+  GeneralChain recursion_;
   bool hasCouplings_ = false;
-  bool anyIsGiven_ = false;  ///< a joint is held, or the base moves: they may have power
+  bool anyIsGiven_ = false;  ///< a joint is prescribed, or the base moves: they may have power
   Couplings couplings_;
-  InnerEnd<double> inner_;  ///< at these couplings
-  Tip<double> tip_;
+  Tip<double> tip_;  ///< at these couplings
   std::vector<double> torques_;
 };
 

@@ -2,41 +2,28 @@
 
 #include <algorithm>
 
-#include "dynamics/inner_end.h"
-
 namespace planar_chain {
-
-namespace {
-
-/// kinds: see coupled_linearized.h. ends: nullptr if the chain has none.
-template <class Scalar, std::size_t kinds>
-std::unique_ptr<CoupledSolve<Scalar>> coupledSolve(const CoupledBodies& bodies, const EndsTangent* ends,
-                                                   const ForceTangent* tangents) {
-  if (ends) return std::make_unique<EndedLinearized<Scalar, kinds>>(bodies, tangents, *ends);
-  return std::make_unique<CoupledLinearized<Scalar, kinds>>(bodies, tangents);
-}
-
-}  // namespace
 
 template <class Scalar>
 ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
   Solver<Scalar> solver;
-  if (!coupled_) {
+  if (!general_) {
     if constexpr (std::is_same_v<Scalar, double>) {
       solver.plain.emplace(mechanism_.chain(), mechanism_.lanes() != nullptr);
     } else {
       solver.plain.emplace(*solver_.plain);
     }
+  } else if (tangents_.bodies.empty()) {
+    solver.general =
+        std::make_unique<GeneralLinearized<Scalar, 1>>(general_->bodies, nullptr, effects_.holdTip());
   } else {
-    const bool takesForces = !tangents_.bodies.empty();
-    const auto make = takesForces ? coupledSolve<Scalar, 3> : coupledSolve<Scalar, 1>;
-    solver.coupled = make(coupled_->bodies, mechanism_.hasEnds() ? &coupled_->ends : nullptr,
-                          takesForces ? tangents_.bodies.data() + mechanism_.slides() : nullptr);
+    solver.general = std::make_unique<GeneralLinearized<Scalar, 3>>(general_->bodies, tangents_.bodies.data(),
+                                                                    effects_.holdTip());
   }
   return solver;
 }
 
-ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isCoupled)
+ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isBare)
     : mechanism_(mechanism),
       effects_(effects),
       tangents_(tangents),
@@ -46,8 +33,8 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTange
       isNonlinear_(effects.any(&Effect::isNonlinear)),
       hasForces_(effects.mostActing() == LoadKind::forces),
       keepsState_(hasPower_ || isNonlinear_ || hasForces_),
-      isPlain_(!isCoupled && !hasPower_),
-      coupled_(isCoupled ? std::make_optional<Coupled>(mechanism, effects) : std::nullopt),
+      isPlain_(isBare && !hasPower_),
+      general_(isBare ? std::nullopt : std::make_optional<General>(mechanism, effects)),
       solver_(makeSolver<double>()),
       room_(index(2 * places_)) {
   pinVelocity_.resize(hasForces_ ? index(n_) : 0);
@@ -59,7 +46,7 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTange
     if (effect->inLanes()) omegaInLanes_.resize(index(places_));
     needsOrder = needsOrder || !effect->inLanes();
   }
-  if (isCoupled || !needsOrder) return;
+  if (!isBare || !needsOrder) return;
   stateAt_.resize(index(2 * n_));
   at_.theta = stateAt_.data();
   at_.omega = stateAt_.data() + n_;
@@ -75,7 +62,7 @@ ode::LinearCosts ExactSolve::costs() const {
   // costs make auto choose a slower method, and change no result beyond its tolerance.
   constexpr int isShort = 200, staysInCache = 2500;
   if (!tangents_.bodies.empty()) return {4.5, 1, 5, 2.8};
-  if (coupled_) return {2.9, 1, 3.2, 2.8};
+  if (general_) return {2.9, 1, 3.2, 2.8};
   if (!mechanism_.lanes()) return {2.9, 0.7, 3.2, 2.3};
   if (n_ <= isShort) return {3, 0.65, 6, 2.6};
   if (n_ <= staysInCache) return {2.8, 0.7, 4, 3};
@@ -85,7 +72,7 @@ ode::LinearCosts ExactSolve::costs() const {
 // ---- The state that J is of ------------------------------------------------------------------------
 
 void ExactSolve::takeStiffness() {
-  if (!coupled_) setJoints(tangents_.constantK, tangents_.constantD);
+  if (!general_) setJoints(tangents_.constantK, tangents_.constantD);
 }
 
 void ExactSolve::setJoints(const std::vector<double>& k, const std::vector<double>& d) {
@@ -116,68 +103,36 @@ const double* ExactSolve::keep(double t, const double* y) {
 }
 
 void ExactSolve::linearize(const Evaluation& at) {
-  coupled_->at = at;
-  effects_.couple(at.t, 0, coupled_->couplings);
-  const Evaluation& kept = coupled_->at;
+  general_->at = at;
+  effects_.couple(at.t, 0, general_->couplings);
+  const Evaluation& kept = general_->at;
   at_ = kept.state();
   std::copy_n(at_.omega, omegaInLanes_.size(), omegaInLanes_.begin());
   tangents_.takeJoints(effects_, at_);
   tangents_.takeForces(effects_, at_);
-  const int slides = mechanism_.slides();
-  const auto ofBodies = [slides](const auto* values) { return values ? values + slides : nullptr; };
-  coupled_->bodies.take({kept.e.data() + slides, kept.omega() + slides, kept.alpha.data() + slides,
-                         ofBodies(forces()), ofBodies(tangents_.XF.empty() ? nullptr : tangents_.XF.data()),
-                         tangents_.k.data() + slides, tangents_.d.data() + slides,
-                         coupled_->couplings.joints.data() + slides,
-                         mechanism_.hasEnds() ? kept.ends.pinAcceleration : kept.ground, kept.ends.tipForce});
-  if (mechanism_.hasEnds()) takeEnds();
-}
-
-void ExactSolve::takeEnds() {
-  EndsTangent& ends = coupled_->ends;
-  ends.inner = innerEndOf(mechanism_.chain(), coupled_->couplings.joints.data());
-  std::copy_n(tangents_.k.begin(), mechanism_.slides(), ends.stiffness.begin());
-  std::copy_n(tangents_.d.begin(), mechanism_.slides(), ends.damping.begin());
-  ends.tip = coupled_->at.ends.acting;
-  const Evaluation& at = coupled_->at;
-  for (std::size_t i = 0; i < index(mechanism_.slides()) && !tangents_.bodies.empty(); ++i) {
-    ends.ofPlace[i] = tangents_.bodies[i].K.forcePlace;
-    ends.ofVelocity[i] = tangents_.bodies[i].D.forcePlace;
-  }
-  ends.turns = mechanism_.slides() > 0 && at.turnsRails();
-  if (ends.turns) turnEnds();
-}
-
-void ExactSolve::turnEnds() {
-  EndsTangent& ends = coupled_->ends;
-  const Evaluation& at = coupled_->at;
-  const Rails<double> rails = railsOf(mechanism_.chain(), at.turn(), at.y.data(), at.omega());
-  for (std::size_t i = 0; i < index(mechanism_.slides()); ++i) {
-    ends.inner.slide[i].d = rails.d[i];
-    ends.place[i] = rails.own[i].place;
-    ends.com[i] = rails.com[i].place - rails.own[i].place;
-  }
-  ends.rate = at.base.rate;
-  ends.turning = at.groundTurning;
-  ends.force = ofBase(ends.inner, at.ends, at.ground, forces(), rails).slides;
-  ends.firstPin = rails.first.place;
-  ends.pinForce = at.ends.pinForce;
+  general_->bodies.take({kept.e.data(), kept.omega(), kept.y.data() + n_, kept.xdd.data(),
+                         kept.displaced.data(), forces(),
+                         tangents_.XF.empty() ? nullptr : tangents_.XF.data(), tangents_.k.data(),
+                         tangents_.d.data(), general_->couplings.joints.data(), kept.ground,
+                         kept.groundTurning, kept.ends.tip.force, kept.ends.tip.acting});
 }
 
 /// The chain's own motion stays. The base moves on, laws of held joints and loads change.
 ///
 ///     δθ = φ̇      δω = φ̈      and of the ground pin velocity, acceleration and jerk
 Powers ExactSolve::timeDerivative(double* slopes) {
-  const Evaluation& at = coupled_->at;
-  const Couplings& now = coupled_->couplings;
-  Couplings& next = coupled_->rates;
-  MotionChange& change = coupled_->change;
+  const Evaluation& at = general_->at;
+  const Couplings& now = general_->couplings;
+  Couplings& next = general_->rates;
+  MotionChange& change = general_->change;
   effects_.couple(at.t, 1, next);  // coefficient 1 of x, ẋ, ẍ: their rates
-  const int first = mechanism_.slides();
+  const Coordinates& coordinates = mechanism_.coordinates();
   change.angle = now.angle.rate;
   change.rate = now.angle.acceleration;
-  std::fill(change.turn.begin() + first, change.turn.end(), change.angle);
-  std::fill(change.speed.begin() + first, change.speed.end(), change.rate);
+  for (int i = 0; i < n_; ++i) {
+    change.turn[index(i)] = coordinates.isPrismatic(i) ? 0 : change.angle;
+    change.speed[index(i)] = coordinates.isPrismatic(i) ? 0 : change.rate;
+  }
   change.pin = at.base.velocity;
   change.velocity = now.pinAcceleration();
   change.acceleration = next.pinAcceleration();
@@ -188,7 +143,8 @@ Powers ExactSolve::timeDerivative(double* slopes) {
   std::fill(change.F.begin(), change.F.end(), Vec2d{});
   Powers power = effects_.applyRates(at_, {change.N.data(), change.F.data()});
   change.find(at, forces() != nullptr, now, tangents_);
-  for (int j = 0; j < n_; ++j) slopes[j] = change.alpha[index(j)] - (j < first ? 0 : change.turning);
+  for (int j = 0; j < n_; ++j)
+    slopes[j] = change.xdd[index(j)] - (coordinates.isPrismatic(j) ? 0 : change.turning);
   if (!hasPower_) return power;
 
   // The powers of the effects as the base moves on, and those of drives and base.
@@ -197,28 +153,29 @@ Powers ExactSolve::timeDerivative(double* slopes) {
                           change.pins.data(), now.angle.rate,       now.angle.acceleration};
   power += Effects::powersAlong(effects_.active(), at_, along);
   for (int i = 0; i < n_; ++i) {
-    const Coupling<double>& joint = now.joints[index(i)];
-    if (!joint.isHeld) continue;
+    const JointLaw<double>& joint = now.joints[index(i)];
+    if (!joint.isPrescribed) continue;
     const GivenMotion& motion = now.held[index(i)];
-    power.supplied += (change.moments[index(i)] + joint.rotor * change.held[index(i)]) * motion.rate +
-                      (at.moments[index(i)] + joint.rotor * motion.acceleration) * motion.acceleration;
+    power.supplied += (change.moments[index(i)] + joint.armature * change.held[index(i)]) * motion.rate +
+                      (at.moments[index(i)] + joint.armature * motion.acceleration) * motion.acceleration;
   }
   if (at.isPlain) return power;
-  power.supplied += dot(change.tipForce, now.tipVelocity) + dot(at.ends.tipForce, now.tip.acceleration);
-  power.supplied +=
-      dot(change.pinForce, at.base.velocity) + dot(at.pinForce, now.pinAcceleration()) +
-      (change.moments[index(first)] + firstTorqueRate() + change.slidesMoment) * now.angle.rate +
-      (at.moments[index(first)] + firstTorque(at.t) + at.slidesMoment) * now.angle.acceleration;
+  power.supplied += dot(change.tipForce, now.tipVelocity) + dot(at.ends.tip.force, now.tip.acceleration);
+  power.supplied += dot(change.baseForce, at.base.velocity) + dot(at.ends.baseForce, now.pinAcceleration()) +
+                    (change.baseMoment + firstTorqueRate()) * now.angle.rate +
+                    (at.ends.baseMoment + firstTorque(at.t)) * now.angle.acceleration;
   return power;
 }
 
-/// The torque of the effects in joint 1 at the state of the last linearize() and another time.
+/// The torque of the effects in the first revolute joint at the state of the last linearize() and another
+/// time.
 double ExactSolve::firstTorque(double t) {
   ChainState at = at_;
   at.t = t;
   std::fill_n(inOrder_.begin(), n_, 0.0);
   effects_.addTorques(at, inOrder_.data());
-  return inOrder_[index(mechanism_.slides())];
+  const int first = mechanism_.coordinates().leading();
+  return first < n_ ? inOrder_[index(first)] : 0;
 }
 
 /// By a difference: it counts in the work of a turning base alone, not in the motion.
@@ -236,32 +193,49 @@ double ExactSolve::firstTorqueRate() {
 Powers ExactSolve::powersAlongInOrder(const double* uv) {
   const double* u = mechanism_.stateInOrder(uv, inOrder_.data());
   const double* v = u + n_;
-  const double* omega = coupled_ ? coupled_->at.omega() : at_.omega;
-  const int count = pin_.empty() ? effects_.reach() : n_;
-  if (hasForces_ && mechanism_.slides() > 0) {
-    const Evaluation& at = coupled_->at;
-    const auto [e, rate, turning] = at.turn();
-    rails_ = changingRails(mechanism_.chain(), {planar_chain::turning(e, 0), rate, turning}, at.y.data(),
-                           omega, u, v);
-  }
-  mechanism_.findPinChanges(at_.e, omega, u, v, count, rails_, pin_.empty() ? nullptr : pin_.data(),
-                            pinVelocity_.data());
+  if (hasForces_) movePins(u, v);
   return Effects::powersAlong(effects_.activeInOrder(), at_, {u, v, pinVelocity_.data(), pin_.data()});
+}
+
+/// How the own points of the bodies move along (u, v), and their velocities.
+void ExactSolve::movePins(const double* u, const double* v) {
+  const Chain& chain = mechanism_.chain();
+  const Coordinates& coordinates = chain.coordinates();
+  const double* omega = general_ ? general_->at.omega() : at_.omega;
+  const int count = pin_.empty() ? effects_.reach() : n_;
+  Vec2d dx, dv;
+  for (int j = 0; j < count; ++j) {
+    const double turn = coordinates.angle(u, j), speed = coordinates.angle(v, j), rate = omega[j];
+    // A point at X from one that moves: dx + turn iX, dv + speed iX − rate turn X.
+    const auto add = [&](Vec2d X) {
+      dx += turn * perp(X);
+      dv += speed * perp(X) - (rate * turn) * X;
+    };
+    if (coordinates.isPrismatic(j)) {
+      const auto& [d, S, gamma] = general_->at.displaced[index(j)];
+      const double slid = general_->at.y[index(n_ + j)];
+      add(S);
+      dx += u[j] * d;
+      dv += v[j] * d + (rate * u[j] + slid * turn) * perp(d);
+    }
+    if (!pin_.empty()) pin_[index(j)] = dx;
+    pinVelocity_[index(j)] = dv;
+    add(at_.e[j] * chain.links()[index(j)].pin);
+  }
 }
 
 template <class Scalar>
 Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
-  const CoupledSolve<Scalar>& along = *solver.coupled;
+  const GeneralSolve<Scalar>& along = *solver.general;
   Scalar supplied{};
   for (int i = 0; i < n_; ++i) {
-    if (!coupled_->couplings.joints[index(i)].isHeld) continue;
-    supplied += coupled_->couplings.held[index(i)].rate * along.moment(i);
+    if (!general_->couplings.joints[index(i)].isPrescribed) continue;
+    supplied += general_->couplings.held[index(i)].rate * along.moment(i);
   }
-  if (coupled_->at.isPlain) return supplied;
-  const BaseState& base = coupled_->at.base;
-  return supplied + dotMixed(coupled_->couplings.tipVelocity, along.tipForce()) +
-         base.rate * (along.moment(mechanism_.slides()) + along.baseMoment()) +
-         dotMixed(base.velocity, along.pinForce());
+  if (general_->at.isPlain) return supplied;
+  const BaseState& base = general_->at.base;
+  return supplied + dotMixed(general_->couplings.tipVelocity, along.tipForce()) +
+         base.rate * along.baseMoment() + dotMixed(base.velocity, along.baseForce());
 }
 
 // ---- Real and complex solves -----------------------------------------------------------------------
@@ -287,7 +261,7 @@ void ExactSolve::solveComplex(int k, const Complex* rhs, Complex* x) {
   const Powers real = powersOf([](Complex z) { return z.real(); });
   const Powers imaginary = powersOf([](Complex z) { return z.imag(); });
   Complex supplied(real.supplied, imaginary.supplied);
-  if (coupled_) supplied += couplingPowerAlong(solver);
+  if (general_) supplied += couplingPowerAlong(solver);
   solver.solveWorks(rhs, supplied, {real.dissipated, imaginary.dissipated}, x, places_);
 }
 

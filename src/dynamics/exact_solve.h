@@ -1,17 +1,16 @@
 #pragma once
 
-/// (s·1 − J)⁻¹ of the chain with all its effects, for the stiff methods, by one of three recursions:
+/// (s·1 − J)⁻¹ of the chain with all its effects, for the stiff methods, by one of two recursions:
 ///
-///     linearized.h            link by link or in segments, in the order of the mechanism
-///     coupled_linearized.h    joints couple accelerations, the base moves, or forces depend on the motion
-///     ended_linearized.h      the chain has ends
+///     linearized.h            bare chains, link by link or in segments, in the order of the mechanism
+///     general_linearized.h    all others
 ///
 /// and the rows of the works W = (W_s, W_d), which nothing depends on,
 ///
 ///     s x_W = rhs_W + the change of the powers along (u, v)
 ///
-/// The power of held joints, and of a base that moves with v_base and turns at φ̇, changes by
-/// Σ δμ_i q̇_i + δF_pin·v_base + δμ_1 φ̇ + δλ·v_tip.
+/// The power of prescribed joints, and of a base that moves with v_base and turns at φ̇, changes by
+/// Σ δμ_i q̇_i + δF_0·v_base + δM_0 φ̇ + δλ·v_tip.
 
 #include <complex>
 #include <memory>
@@ -23,17 +22,16 @@
 #include "dynamics/motion_change.h"
 #include "lanes/linearized_segments.h"
 #include "ode/system.h"
-#include "recursion/coupled_linearized.h"
-#include "recursion/ended_linearized.h"
+#include "recursion/general_linearized.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
 
 class ExactSolve {
  public:
-  /// isCoupled: linearize() takes evaluations. The others must outlive this object. Allocates; of the rest
-  /// only reserve() does.
-  ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isCoupled);
+  /// isBare: false if linearize() takes evaluations. The others must outlive this object. Allocates; of the
+  /// rest only reserve() does.
+  ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isBare);
 
   ExactSolve(const ExactSolve&) = delete;  // its solvers have pointers into it
   ExactSolve& operator=(const ExactSolve&) = delete;
@@ -66,16 +64,16 @@ class ExactSolve {
   template <class Scalar>
   struct Solver {
     std::optional<LinearizedSegments<Scalar>> plain;
-    std::unique_ptr<CoupledSolve<Scalar>> coupled;  ///< or this
+    std::unique_ptr<GeneralSolve<Scalar>> general;  ///< or this
     Scalar s{};
 
     void factor(Scalar s_) {
       s = s_;
-      plain ? plain->factor(s_) : coupled->factor(s_);
+      plain ? plain->factor(s_) : general->factor(s_);
     }
     void solve(const Scalar* rhs, Scalar* x, int places) {
       if (plain) return plain->solve(rhs, rhs + places, x, x + places);
-      coupled->solve(rhs, rhs + places, x, x + places);
+      general->solve(rhs, rhs + places, x, x + places);
     }
     /// The rows of the works, from the change of the powers.
     void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int places) const {
@@ -83,17 +81,16 @@ class ExactSolve {
       x[2 * places + 1] = (rhs[2 * places + 1] + dissipated) / s;
     }
   };
-  /// What chains with coupled joints linearize at.
-  struct Coupled {
-    Coupled(const Mechanism& mechanism, const Effects& effects)
-        : bodies(mechanism.bodies()),
+  /// What chains that are not bare linearize at.
+  struct General {
+    General(const Mechanism& mechanism, const Effects& effects)
+        : bodies(mechanism.chain()),
           at(mechanism, effects),
           couplings(mechanism.size()),
           rates(mechanism.size()),
           change(mechanism) {}
 
-    CoupledBodies bodies;
-    EndsTangent ends;
+    GeneralBodies bodies;
     Evaluation at;
     Couplings couplings, rates;
     MotionChange change;
@@ -115,13 +112,12 @@ class ExactSolve {
     return change;
   }
   Powers powersAlongInOrder(const double* uv);
-  void takeEnds();
-  void turnEnds();
-  /// That of held joints and the base, along the last solution.
+  void movePins(const double* u, const double* v);
+  /// That of prescribed joints and the base, along the last solution.
   template <class Scalar>
   Scalar couplingPowerAlong(const Solver<Scalar>& solver) const;
   const Vec2d* forces() const {
-    return effects_.acting() == LoadKind::forces ? coupled_->at.F.data() : nullptr;
+    return effects_.acting() == LoadKind::forces ? general_->at.F.data() : nullptr;
   }
   double firstTorque(double t);
   double firstTorqueRate();
@@ -132,7 +128,7 @@ class ExactSolve {
   int n_, places_;
   bool hasPower_, isNonlinear_, hasForces_, keepsState_;
   bool isPlain_;  ///< one solver does it all
-  std::optional<Coupled> coupled_;
+  std::optional<General> general_;
   Solver<double> solver_;
   std::vector<Solver<Complex>> complexSolvers_;
 
@@ -141,7 +137,6 @@ class ExactSolve {
   std::vector<double> stateAt_, omegaInLanes_;
   std::vector<Rotation<double>> eAt_;
   std::vector<Vec2d> pinVelocity_, pin_;
-  Rails<Dual> rails_;  ///< changes of the slides; 0 without them
 
   std::vector<double> part_, inOrder_;
   CacheLines room_;
@@ -161,7 +156,7 @@ inline void ExactSolve::solve(const double* rhs, double* x) {
   solver_.solve(rhs, x, places_);
   if (!hasPower_) return;
   Powers change = powersAlong(x);
-  if (coupled_) change.supplied += couplingPowerAlong(solver_);
+  if (general_) change.supplied += couplingPowerAlong(solver_);
   solver_.solveWorks(rhs, change.supplied, change.dissipated, x, places_);
 }
 

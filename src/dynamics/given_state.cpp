@@ -6,7 +6,7 @@
 
 #include "dynamics/closed_state.h"
 #include "effects/effect_kind.h"
-#include "model/slides.h"
+#include "model/prismatic.h"
 
 namespace planar_chain {
 
@@ -18,7 +18,7 @@ Eigen::VectorXd orElse(const std::optional<Eigen::VectorXd>& given, const std::v
 }
 
 std::string inUnitsOf(const Joint& joint, const std::string& words) {
-  return joint.slides ? inUnitsOfSlide(words) : words;
+  return joint.isPrismatic ? inUnitsOfPrismatic(words) : words;
 }
 
 /// Only a turn that is counted exactly is an angle.
@@ -109,7 +109,7 @@ std::string movedWords(const char* before, const Chain& chain, const double* fro
   if (!(moved > givenTo)) return {};
   const Joint& joint = chain.joints()[static_cast<std::size_t>(most)];
   return std::string(before) + "the joint " + joint.name + " is moved by " +
-         toText(std::round(moved * 1e6) / 1e6) + (joint.slides ? " m" : " rad") +
+         toText(std::round(moved * 1e6) / 1e6) + (joint.isPrismatic ? " m" : " rad") +
          ", and no other by more, to bring the tip to its place" + after;
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 
-/// The stiffness matrix of the groups of an equilibrium (equilibrium.h): diag(κ) and springs between
-/// neighbouring groups. It is factored by Thomas' algorithm.
+/// The stiffness matrix of the groups of an equilibrium (equilibrium.h): diag(κ), springs between
+/// neighbouring groups of bodies, and what couples a displacement with the body that turns its axis.
+/// Displacements come first. So it is factored by Thomas' algorithm, without fill.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -12,7 +13,9 @@ namespace planar_chain {
 
 struct GroupMatrix {
   Eigen::VectorXd kappa, spring, pivot;  ///< spring: inside of each group
-  Eigen::Index apart = 0;                ///< the number of first groups that no springs join: slides
+  Eigen::Index apart = 0;                ///< the number of first groups: displacements, which no springs join
+  Eigen::VectorXd across;                ///< what couples each of these with a group of bodies,
+  std::vector<Eigen::Index> turner;      ///< and which; −1: none
   /// In place of a smaller κ'; at first of the weight's moments. At 0 links that carry nothing have a
   /// singular matrix; much larger, steps of soft chains are far too short.
   double floor = 1e-6;
@@ -27,10 +30,13 @@ struct GroupMatrix {
     pivot.resize(groups);
     for (Eigen::Index g = 0; g < groups; ++g) {
       const double raised = kappa[g] + share * (std::abs(kappa[g]) - kappa[g]);
-      // A slide without a spring is held by the tip alone.
+      // A displacement without a spring is held by the tip alone.
       const bool isRaised = share > 0 || g < apart;
       pivot[g] = (isRaised ? std::max(raised, floor) : raised) + spring[g] + between(g + 1);
       if (g > 0) pivot[g] -= between(g) * between(g) / pivot[g - 1];
+      for (Eigen::Index r = 0; r < apart && g >= apart; ++r) {
+        if (turnerOf(r) == g) pivot[g] -= across[r] * across[r] / pivot[r];
+      }
       if (!(pivot[g] > least)) return g;
     }
     return groups;
@@ -44,13 +50,31 @@ struct GroupMatrix {
 
   /// Solves with the factors.
   Eigen::VectorXd solved(Eigen::VectorXd x) const {
+    for (Eigen::Index r = 0; r < apart; ++r) {
+      if (turnerOf(r) >= 0) x[turnerOf(r)] -= across[r] / pivot[r] * x[r];
+    }
     for (Eigen::Index g = 1; g < x.size(); ++g) x[g] += between(g) / pivot[g - 1] * x[g - 1];
     for (Eigen::Index g = x.size(); g-- > 0;) {
       if (g + 1 < x.size()) x[g] += between(g + 1) * x[g + 1];
+      if (g < apart && turnerOf(g) >= 0) x[g] -= across[g] * x[turnerOf(g)];
       x[g] /= pivot[g];
     }
     return x;
   }
+
+  /// The x with x_bad = 1, and 0 behind it, for which xᵀ H x is the pivot of that group.
+  Eigen::VectorXd alongPivot(Eigen::Index bad) const {
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(kappa.size());
+    x[bad] = 1;
+    for (Eigen::Index g = bad; g-- > 0;) {
+      x[g] = between(g + 1) * x[g + 1] / pivot[g];
+      if (g < apart && turnerOf(g) >= 0 && turnerOf(g) <= bad) x[g] = -across[g] * x[turnerOf(g)] / pivot[g];
+    }
+    return x;
+  }
+
+ private:
+  Eigen::Index turnerOf(Eigen::Index r) const { return turner[static_cast<std::size_t>(r)]; }
 };
 
 }  // namespace planar_chain

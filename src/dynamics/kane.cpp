@@ -87,6 +87,12 @@ ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const
 
 namespace {
 
+/// q_i d_i of a prismatic joint, body axes.
+Vec2d displacementOf(const Chain& chain, const Kane& k, int i) {
+  const Joint& joint = chain.joints()[index(i)];
+  return joint.isPrismatic ? k.q[i] * joint.axis : Vec2d{};
+}
+
 /// B and C: row i holds body i's own centre of mass, then its outer pin, which carries all that follows.
 struct Blocks {
   MatrixXd B, C;
@@ -94,8 +100,10 @@ struct Blocks {
   Blocks(const Chain& chain, const Kane& k)
       : B(MatrixXd::Zero(chain.size(), 2 * chain.size())), C(MatrixXd::Zero(B.rows(), B.cols())) {
     for (int i = 0; i < chain.size(); ++i) {
-      const RowVector2d S_r = crossRow(chain.links()[i].com);
-      const RowVector2d S_p = crossRow(chain.links()[i].pin);
+      const Link& link = chain.links()[index(i)];
+      const Vec2d slid = displacementOf(chain, k, i);
+      const RowVector2d S_r = crossRow(slid + link.com);
+      const RowVector2d S_p = crossRow(slid + link.pin);
       B.block<1, 2>(i, 2 * i) = S_r * k.S[i];
       C.block<1, 2>(i, 2 * i) = S_r * k.omega[i] * k.S[i];
       for (int j = i + 1; j < chain.size(); ++j) {
@@ -106,26 +114,26 @@ struct Blocks {
   }
 };
 
-/// d_i of a slide, in ground components.
-Eigen::Vector2d railOf(const Chain& chain, const Kane& k, int i) {
+/// d_i of a prismatic joint, in ground components.
+Eigen::Vector2d axisOf(const Chain& chain, const Kane& k, int i) {
   const Vec2d d = chain.joints()[index(i)].axis;
   return (RowVector2d(d.x, d.y) * k.S[index(i)]).transpose();
 }
 
-/// What rail i, which turns, adds to accelerations: φ̈ k̂×(s d) − φ̇² s d + 2 φ̇ ṡ k̂×d.
-Eigen::Vector2d ofRail(const Chain& chain, const Kane& k, const ActiveForces& active, int i) {
-  const Eigen::Vector2d d = railOf(chain, k, i), across(-d.y(), d.x());
-  return (active.turning * k.q[i] + 2 * active.rate * k.qd[i]) * across -
-         active.rate * active.rate * k.q[i] * d;
+/// What a prismatic joint adds to accelerations as its body turns, 2 ω q̇ k̂×d; 0 of a revolute one.
+Eigen::Vector2d coriolisOf(const Chain& chain, const Kane& k, const RowVectorXd& omega, int i) {
+  if (!chain.joints()[index(i)].isPrismatic) return Eigen::Vector2d::Zero();
+  const Eigen::Vector2d d = axisOf(chain, k, i);
+  return 2 * omega(i) * k.qd[i] * Eigen::Vector2d(-d.y(), d.x());
 }
 
-/// The accelerations with q̈ = 0 of a base that moves, but for those of A_1.
-VectorXd ofBase(const Chain& chain, const Kane& k, const ActiveForces& active, const MatrixXd& B,
-                const MatrixXd& C) {
+/// The accelerations with q̈ = 0, but for those of A_1: of a base that moves, and of Coriolis.
+VectorXd ofBase(const Chain& chain, const Kane& k, const ActiveForces& active, const RowVectorXd& omega,
+                const MatrixXd& B, const MatrixXd& C) {
   VectorXd a = active.rate * C.colwise().sum() + active.turning * B.colwise().sum();
   Eigen::Vector2d ofAll(active.acceleration.x, active.acceleration.y);
   for (int i = 0; i < chain.size(); ++i) {
-    if (i < chain.slides()) ofAll += ofRail(chain, k, active, i);
+    ofAll += coriolisOf(chain, k, omega, i);
     a.segment<2>(2 * i) += ofAll;
   }
   return a;
@@ -134,21 +142,16 @@ VectorXd ofBase(const Chain& chain, const Kane& k, const ActiveForces& active, c
 /// J_c, c, φ, and what φ adds to q̈. inverse: M_q⁻¹. T, S and q̈ without φ are known.
 void takeTip(const Chain& chain, const ActiveForces& active, const RowVectorXd& omega,
              const MatrixXd& inverse, Kane& k) {
-  const int n = chain.size(), slides = chain.slides();
+  const int n = chain.size();
   MatrixXd J = MatrixXd::Zero(2, n);
-  Eigen::Vector2d rest(active.acceleration.x, active.acceleration.y);
+  Eigen::Vector2d rest(active.acceleration.x, active.acceleration.y), turned = Eigen::Vector2d::Zero();
   for (int j = n - 1; j >= 0; --j) {
-    const Link& link = chain.links()[index(j)];
-    const Eigen::Vector2d arm = (RowVector2d(link.pin.x, link.pin.y) * k.S[index(j)]).transpose();
-    const Eigen::Vector2d turned(-arm.y(), arm.x());
-    rest += active.turning * turned - omega(j) * omega(j) * arm;
-    if (j < slides) {
-      J.col(j) = railOf(chain, k, j);
-      rest += ofRail(chain, k, active, j);
-    } else {
-      J.col(j) = turned;
-      if (j + 1 < n) J.col(j) += J.col(j + 1);
-    }
+    const Vec2d p = displacementOf(chain, k, j) + chain.links()[index(j)].pin;
+    const Eigen::Vector2d arm = (RowVector2d(p.x, p.y) * k.S[index(j)]).transpose();
+    const Eigen::Vector2d own(-arm.y(), arm.x());
+    turned += own;
+    rest += active.turning * own - omega(j) * omega(j) * arm + coriolisOf(chain, k, omega, j);
+    J.col(j) = chain.joints()[index(j)].isPrismatic ? axisOf(chain, k, j) : turned;
   }
   k.J_c = active.tipRows * J;
   k.c = active.tipRows * (Eigen::Vector2d(active.tipAcceleration.x, active.tipAcceleration.y) - rest);
@@ -173,9 +176,11 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   k.qd = qd;
 
   // T_ωq:  [θ_1 … θ_n] = qᵀ T,  [ω_1 … ω_n] = q̇ᵀ T
-  const int slides = chain.slides(), turning = n - slides;
   k.T = MatrixXd::Zero(n, n);
-  k.T.bottomRightCorner(turning, turning).triangularView<Eigen::Upper>().setOnes();
+  k.T.triangularView<Eigen::Upper>().setOnes();
+  for (int i = 0; i < n; ++i) {
+    if (chain.joints()[index(i)].isPrismatic) k.T.row(i).setZero();
+  }
   const RowVectorXd theta = (q.transpose() * k.T).array() + active.angle;
   const RowVectorXd omega = (qd.transpose() * k.T).array() + active.rate;
 
@@ -185,11 +190,12 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
     k.omega.push_back(angularVelocityMatrix(omega(i)));
   }
 
-  // Partial velocities, those of slides along their rails
+  // Partial velocities, those of prismatic joints along their axes
   const auto [B, C] = Blocks(chain, k);
   k.V_pd = k.T * B;
-  for (int i = 0; i < slides; ++i) {
-    for (int j = i; j < n; ++j) k.V_pd.block<1, 2>(i, 2 * j) = railOf(chain, k, i).transpose();
+  for (int i = 0; i < n; ++i) {
+    if (!chain.joints()[index(i)].isPrismatic) continue;
+    for (int j = i; j < n; ++j) k.V_pd.block<1, 2>(i, 2 * j) += axisOf(chain, k, i).transpose();
   }
   k.W_pd = k.T;
 
@@ -210,7 +216,7 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   k.M_q = k.V_pd * k.A_2.transpose() + k.W_pd * k.A_3.transpose();
   if (active.rotors.size() > 0) k.M_q.diagonal() += active.rotors;
 
-  k.f -= k.V_pd * m.cwiseProduct(ofBase(chain, k, active, B, C)) + active.turning * (k.W_pd * I);
+  k.f -= k.V_pd * m.cwiseProduct(ofBase(chain, k, active, omega, B, C)) + active.turning * (k.W_pd * I);
   const auto inverse = k.M_q.ldlt();
   k.qdd = inverse.solve(k.f);
   if (active.tipRows.rows() > 0) takeTip(chain, active, omega, inverse.solve(MatrixXd::Identity(n, n)), k);

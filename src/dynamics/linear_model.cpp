@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "dynamics/coupled_motion.h"
 #include "dynamics/entered.h"
+#include "dynamics/general_motion.h"
 #include "dynamics/motion_change.h"
 
 namespace planar_chain {
@@ -25,10 +25,11 @@ LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, 
   // δq̈ while joint j, with all that turns with it, turns or slides by `turn`, speeds up by `speed`, and has
   // `torque` more.
   MotionChange change(entered.mechanism);
-  const Coordinates coordinates = scene.chain.coordinates();
+  const Coordinates& coordinates = scene.chain.coordinates();
   const auto along = [&](int j, double turn, double speed, double torque) {
     for (int i = 0; i < n; ++i) {
-      const double hangs = i == j || (i > j && !coordinates.slides(j)) ? 1 : 0;
+      const double hangs =
+          i == j || (i > j && !coordinates.isPrismatic(i) && !coordinates.isPrismatic(j)) ? 1 : 0;
       change.turn[index(i)] = hangs * turn;
       change.speed[index(i)] = hangs * speed;
     }
@@ -36,7 +37,7 @@ LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, 
     coordinates.addTorque(torque, j, change.N.data());
     change.find(at, hasForces, couplings, tangents);
     Eigen::VectorXd result(n);
-    coordinates.toRelative(change.alpha.data(), result.data());
+    coordinates.toRelative(change.xdd.data(), result.data());
     return result;
   };
 

@@ -6,29 +6,35 @@
 
 namespace planar_chain {
 
-Mechanism::Mechanism(const Chain& chain, bool inOrder, bool holdsTip)
-    : chain_(chain),
-      coordinates_(chain.coordinates()),
-      n_(chain.size()),
-      holdsTip_(holdsTip),
-      places_(n_),
-      rotations_(simd::kernels().front()->rotations) {
-  if (slides() > 0) bodies_.emplace(chain.withoutSlides());
-  if (inOrder || holdsTip || n_ <= ShortChain::most) return;
+Mechanism::Mechanism(const Chain& chain, bool inOrder)
+    : chain_(chain), n_(chain.size()), places_(n_), rotations_(simd::kernels().front()->rotations) {
+  if (inOrder || n_ <= ShortChain::most) return;
   lanes_.emplace(n_);
   places_ = lanes_->places();
 }
 
 Recursion Mechanism::makeRecursion() const {
-  if (bodies().size() <= ShortChain::most) return ShortChain(bodies());
-  return Segments(bodies());
+  if (n_ <= ShortChain::most) return ShortChain(chain_);
+  return Segments(chain_);
 }
 
-void Mechanism::rotate(const double* theta, double angle, Rotation<double>* e) const {
-  rotate(theta + slides(), e + slides(), n_ - slides());
+void Mechanism::rotate(const double* x, double angle, Rotation<double>* e) const {
+  rotate(x, e, n_);
+  const Coordinates& coordinates = chain_.coordinates();
+  if (coordinates.anyIsPrismatic()) {
+    for (int j = 0; j < n_; ++j) {
+      if (coordinates.isPrismatic(j))
+        e[j] = coordinates.turner(j) >= 0 ? e[coordinates.turner(j)] : Rotation<double>{};
+    }
+  }
   if (angle == 0) return;
   const Rotation<double> turn = plainRotation(angle);
-  for (int j = slides(); j < n_; ++j) e[j] = turn * e[j];
+  for (int j = 0; j < n_; ++j) e[j] = turn * e[j];
+}
+
+void Mechanism::findRates(const double* rates, double rate, double* omega) const {
+  const Coordinates& coordinates = chain_.coordinates();
+  for (int j = 0; j < n_; ++j) omega[j] = coordinates.angle(rates, j) + rate;
 }
 
 void Mechanism::toLanes(const double* inOrder, double* inLanes) const {
@@ -62,30 +68,9 @@ const double* Mechanism::stateInOrder(const double* y, double* room) const {
 }
 
 void Mechanism::findPinVelocities(const Rotation<double>* e, const double* omega, int count,
-                                  Vec2d* velocities, Vec2d v) const {
-  for (int j = slides(); j < count; ++j) {
-    velocities[j] = v;
-    v += omega[j] * perp(e[j] * chain_.links()[index(j)].pin);
-  }
-}
-
-void Mechanism::findPinChanges(const Rotation<double>* e, const double* omega, const double* u,
-                               const double* v, int count, const Rails<Dual>& rails, Vec2d* places,
-                               Vec2d* velocities, Vec2d dx, Vec2d dv) const {
-  for (int i = 0; i < std::min(slides(), count); ++i) {
-    const RailPoint<Dual>& own = rails.own[index(i)];
-    if (places) places[i] = dx + changeOf(own.place);
-    velocities[i] = dv + changeOf(own.velocity);
-  }
-  dx += changeOf(rails.first.place);
-  dv += changeOf(rails.first.velocity);
-  for (int j = slides(); j < count; ++j) {
-    if (places) places[j] = dx;
-    velocities[j] = dv;
-    const Vec2d P = e[j] * chain_.links()[index(j)].pin;
-    dx += u[j] * perp(P);
-    dv += v[j] * perp(P) - (omega[j] * u[j]) * P;
-  }
+                                  Vec2d* velocities) const {
+  sweepOutwards<false>(chain_, 0, count, PointAt<double>{}, e, omega, omega, omega,
+                       [=](int j, const PointAt<double>& pin) { velocities[j] = pin.velocity; });
 }
 
 }  // namespace planar_chain

@@ -16,16 +16,19 @@
 
 #include "dynamics/add_carried.h"
 #include "dynamics/mechanism.h"
+#include "dynamics/pose.h"
 #include "effects/effects.h"
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
 
-/// True if the inner end is free: two slides without mass along x and y, a joint behind them, and nothing in
-/// these three; the tip is free too.
+/// True if nothing holds the chain: it begins with two prismatic joints without mass along x and y and a
+/// revolute one, with nothing in these three; all others are revolute, and the tip is free.
 inline bool isFree(const Scene& scene) {
   const Chain& chain = scene.chain;
-  if (chain.slides() != 2 || chain.size() == 2 || scene.base || scene.tip) return false;
+  const Coordinates& coordinates = chain.coordinates();
+  if (coordinates.leading() != 2 || coordinates.anyIsInside() || chain.size() == 2 || scene.base || scene.tip)
+    return false;
   for (std::size_t i = 0; i <= 2; ++i) {
     const Joint& joint = chain.joints()[i];
     if (joint.stiffness != 0 || joint.damping != 0 || joint.isLimited() || !joint.others.empty())
@@ -63,7 +66,7 @@ class Momenta {
     move(1, dx.y);
     move(n_, dv.x);
     move(n_ + 1, dv.y);
-    for (int j = slides; j < n_; ++j) move(n_ + j, turn);
+    for (int j = leading; j < n_; ++j) move(n_ + j, turn);
   }
 
  private:
@@ -74,21 +77,20 @@ class Momenta {
   };
   Values of(const double* y) {
     mechanism_.rotate(y, 0, e_.data());
-    const std::vector<Link>& links = mechanism_.chain().links();
-    Vec2d x, v, first, momentum;
+    const Chain& chain = mechanism_.chain();
+    Vec2d first, momentum;
     double L = 0, J = 0;
-    for (int j = slides; j < n_; ++j) {
-      const Link& link = links[index(j)];
-      const double omega = y[n_ + j];
-      const Vec2d R = e_[index(j)] * link.com, P = e_[index(j)] * link.pin;
-      const Vec2d c = x + R, p = link.mass * (v + omega * perp(R));
-      first += link.mass * c;
-      momentum += p;
-      L += cross(c, p) + link.inertia * omega;
-      J += link.mass * dot(c, c) + link.inertia;
-      x += P;
-      v += omega * perp(P);
-    }
+    sweepOutwards<false>(chain, leading, n_, PointAt<double>{}, e_.data() + leading, y + n_ + leading, y, y,
+                         [&](int j, const PointAt<double>& pin) {
+                           const Link& link = chain.links()[index(j)];
+                           const double omega = y[n_ + j];
+                           const Vec2d R = e_[index(j)] * link.com;
+                           const Vec2d c = pin.place + R, p = link.mass * (pin.velocity + omega * perp(R));
+                           first += link.mass * c;
+                           momentum += p;
+                           L += cross(c, p) + link.inertia * omega;
+                           J += link.mass * dot(c, c) + link.inertia;
+                         });
     const Vec2d C = (1 / mass_) * first;
     return {C, (1 / mass_) * momentum, L - cross(C, momentum), J - mass_ * dot(C, C)};
   }
@@ -98,10 +100,10 @@ class Momenta {
     if (effects_.acting() == LoadKind::forces) return true;
     std::fill(torques_.begin(), torques_.end(), 0.0);
     effects_.addTorques({t, y, y + n_}, torques_.data());
-    return std::any_of(torques_.begin(), torques_.begin() + slides + 1, [](double tau) { return tau != 0; });
+    return std::any_of(torques_.begin(), torques_.begin() + leading + 1, [](double tau) { return tau != 0; });
   }
 
-  static constexpr int slides = 2;
+  static constexpr int leading = 2;
   const Mechanism& mechanism_;
   Effects& effects_;
   int n_;

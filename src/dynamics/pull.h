@@ -25,9 +25,9 @@
 #include <cmath>
 #include <vector>
 
-#include "dynamics/inner_end.h"
+#include "dynamics/pose.h"
 #include "effects/effect_kind.h"
-#include "lanes/coupled_chain.h"
+#include "lanes/general_chain.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
 
@@ -51,55 +51,58 @@ struct PointMotion {
 class Pull {
  public:
   /// The chain must outlive this object.
-  explicit Pull(const Chain& chain)
-      : chain_(chain), recursion_(chain.withoutSlides()), joints_(index(chain.size())) {
+  explicit Pull(const Chain& chain) : chain_(chain), recursion_(chain), laws_(index(chain.size())) {
     const auto n = index(chain.size());
-    for (auto* numbers : {&theta_, &omega_, &still_, &N_, &alpha_, &moments_}) numbers->resize(n);
+    for (auto* numbers : {&x_, &rates_, &omega_, &still_, &N_, &xdd_, &moments_}) numbers->resize(n);
     e_.resize(index(ShortChain::roomFor(chain.size())));
     F_.resize(n);
+    displaced_.resize(n);
     double mass = 0;
     for (const Link& link : chain.links()) mass += link.mass;
     for (std::size_t i = 0; i < n; ++i) {
-      const double J = joints_[i].rotor = inertiaIn(chain.joints()[i]);
-      if (J > 0) mass += 3 * J / squareOfLength(chain.links()[i]);
+      const Joint& joint = chain.joints()[i];
+      const double J = laws_[i].armature = inertiaIn(joint);
+      if (J > 0) mass += joint.isPrismatic ? J : 3 * J / squareOfLength(chain.links()[i]);
       mostMass_.push_back(mass);
     }
-    recursion_.couple(joints_.data() + chain.slides());
+    recursion_.take(laws_.data());
   }
 
   /// Returns the motion of a point of a link, with the base at rest at 0. q, qd: relative angles (rad) and
   /// rates (rad/s), n each; point: link frame, m. Allocates nothing.
   PointMotion motionOf(const double* q, const double* qd, int link, Vec2d point) {
     PointMotion motion;
-    const Coordinates coordinates = chain_.coordinates();
-    coordinates.toAbsolute(q, theta_.data());
-    coordinates.toAbsolute(qd, omega_.data());
-    for (int i = 0; i < chain_.size(); ++i) {
-      const auto at = index(i);
-      const bool slides = coordinates.slides(i);
-      if (!slides) e_[at] = Rotation<double>::of(theta_[at]);
-      if (i > link) continue;
-      const Vec2d arm = e_[at] * (i < link ? chain_.links()[at].pin : point), axis = chain_.joints()[at].axis;
-      motion.position += arm;
-      motion.velocity += slides ? omega_[at] * axis : omega_[at] * perp(arm);
-      if (slides) motion.position += theta_[at] * axis;
-      arm_ = arm;
+    const Coordinates& coordinates = chain_.coordinates();
+    coordinates.toAbsolute(q, x_.data());
+    coordinates.toAbsolute(qd, rates_.data());
+    for (int j = 0; j < chain_.size(); ++j) {
+      e_[index(j)] = Rotation<double>::of(coordinates.angle(x_.data(), j));
+      omega_[index(j)] = coordinates.angle(rates_.data(), j);
     }
+    const Vec2d arm = e_[index(link)] * point;
+    sweepOutwards(chain_, PointAt<double>{}, e_.data(), omega_.data(), x_.data(), rates_.data(),
+                  [&](int j, const PointAt<double>& own) {
+                    if (j != link) return;
+                    motion.position = own.place + arm;
+                    motion.velocity = own.velocity + omega_[index(j)] * perp(arm);
+                  });
     motion.turn = e_[index(link)];
-    motion.mobility = mobility(link, {});
+    motion.mobility = mobility(link, arm);
     motion.mostMass = mostMass_[index(link)];
     return motion;
   }
-  /// Returns it with a base that moves. angles: absolute, rad, n; the angle of a slide is that of the base.
-  PointMotion motionOf(const double* angles, const CentreMotion& centre, int link, Vec2d point) {
-    const int slides = chain_.slides();
-    const double base = slides > 0 ? angles[0] : 0;  // without slides, absolute angles suffice
-    for (int i = slides; i < chain_.size(); ++i) e_[index(i)] = Rotation<double>::of(angles[i] - base);
-    arm_ = e_[index(link)] * point;
-    const auto turn = Rotation<double>::of(angles[link]);
+  /// Returns it with a base that moves. angles: of the links, absolute, rad; q: displacements of prismatic
+  /// joints, m, n each.
+  PointMotion motionOf(const double* angles, const double* q, const CentreMotion& centre, int link,
+                       Vec2d point) {
+    for (int j = 0; j < chain_.size(); ++j) {
+      e_[index(j)] = Rotation<double>::of(angles[j]);
+      x_[index(j)] = q[j];
+    }
+    const Rotation<double> turn = e_[index(link)];
     const Vec2d arm = turn * (point - chain_.links()[index(link)].com);
     return {centre.place + arm, centre.velocity + centre.omega * perp(arm), turn,
-            mobility(link, Rotation<double>::of(base)), mostMass_[index(link)]};
+            mobility(link, turn * point), mostMass_[index(link)]};
   }
 
   /// Returns F on that point, N. pulsation: ω, rad/s, > 0.
@@ -118,42 +121,43 @@ class Pull {
   static double squareOfLength(const Link& link) {
     return std::fmax(dot(link.pin, link.pin), 3 * (link.inertia / link.mass + dot(link.com, link.com)));
   }
-  /// Λ⁻¹ of a chain whose rails are turned by this.
-  Sym2<double> mobility(int link, Rotation<double> turn) {
-    const Rotation<double> back{turn.c, -turn.s};
-    const Vec2d alongX = turn * answer(link, back * Vec2d{1, 0});
-    const Vec2d alongY = turn * answer(link, back * Vec2d{0, 1});
+  /// Λ⁻¹ at the present rotations and displacements. arm: from the link's own point.
+  Sym2<double> mobility(int link, Vec2d arm) {
+    for (int j = 0; j < chain_.size(); ++j) {
+      const auto i = index(j);
+      if (chain_.coordinates().isPrismatic(j))
+        displaced_[i] = displacementOf(chain_.joints()[i].axis, e_[i], 0.0, x_[i], 0.0);
+    }
+    const Vec2d alongX = answer(link, arm, {1, 0}), alongY = answer(link, arm, {0, 1});
     return {alongX.x, (alongX.y + alongY.x) / 2, alongY.y};
   }
   /// The acceleration that the force gives the point, at rest and without gravity.
-  Vec2d answer(int link, Vec2d force) {
-    const std::size_t last = index(link);
-    const std::size_t slides = index(chain_.slides());
-    N_[last] = last < slides ? 0 : cross(arm_, force);
-    F_[last] = force;
-    InnerEnd<double> inner = innerEndOf(chain_, joints_.data());
-    setForces(N_.data(), F_.data(), inner);
-    EndsMotion<double> ends;
-    recursion_.accelerations({e_.data() + slides, N_.data() + slides, F_.data() + slides, {}}, nullptr,
-                             still_.data(), 0, inner, {}, alpha_.data() + slides, moments_.data(), ends);
-    std::copy_n(ends.acceleration.begin(), slides, alpha_.begin());
-    N_[last] = 0;
-    F_[last] = {};
+  Vec2d answer(int link, Vec2d arm, Vec2d force) {
+    const Coordinates& coordinates = chain_.coordinates();
+    const int turner = coordinates.turner(link);
+    if (turner >= 0) N_[index(turner)] = cross(arm, force);
+    F_[index(link)] = force;
+    recursion_.accelerations({e_.data(), N_.data(), F_.data(), {}}, nullptr, still_.data(), displaced_.data(),
+                             0, {}, xdd_.data(), moments_.data());
+    if (turner >= 0) N_[index(turner)] = 0;
+    F_[index(link)] = {};
 
+    // Velocities by xdd in place of rates are accelerations of the chain at rest.
     Vec2d a;
-    for (std::size_t i = 0; i < std::min(slides, last + 1); ++i) a += alpha_[i] * chain_.joints()[i].axis;
-    for (std::size_t i = slides; i < last; ++i) a += alpha_[i] * perp(e_[i] * chain_.links()[i].pin);
-    return last < slides ? a : a + alpha_[last] * perp(arm_);
+    for (int j = 0; j < chain_.size(); ++j) omega_[index(j)] = coordinates.angle(xdd_.data(), j);
+    sweepOutwards(chain_, 0, link + 1, PointAt<double>{}, e_.data(), omega_.data(), x_.data(), xdd_.data(),
+                  [&](int, const PointAt<double>& own) { a = own.velocity; });
+    return a + omega_[index(link)] * perp(arm);
   }
 
   const Chain& chain_;
-  CoupledChain recursion_;
-  std::vector<Coupling<double>> joints_;
+  GeneralChain recursion_;
+  std::vector<JointLaw<double>> laws_;
   std::vector<double> mostMass_;  ///< of points of each link, kg
-  Vec2d arm_;                     ///< from the link's inner pin to the point, base frame
   std::vector<Rotation<double>> e_;
-  std::vector<double> theta_, omega_, still_, N_, alpha_, moments_;
+  std::vector<double> x_, rates_, omega_, still_, N_, xdd_, moments_;
   std::vector<Vec2d> F_;
+  std::vector<Displacement<double>> displaced_;
 };
 
 }  // namespace planar_chain

@@ -6,24 +6,25 @@
 
 namespace planar_chain {
 
-/// What else couples has no series beside a slide or a held tip.
+/// Beside a prismatic joint or a held tip nothing else that couples has a series.
 bool Dynamics::hasSeries() const {
-  const std::size_t tips = mechanism_.slides() == 0 && holdsTip() ? 1 : 0;
+  const bool isMixed = mechanism_.coordinates().anyIsPrismatic();
+  const std::size_t tips = !isMixed && holdsTip() ? 1 : 0;
   const bool couples = effects_.couplers().size() > tips || effects_.anyForces(&Forces::dependOnMotion);
   return MotionSeries::areFor(mechanism_.chain()) && effects_.haveSeries() &&
-         !(mechanism_.hasEnds() && couples);
+         !((isMixed || holdsTip()) && couples);
 }
 
 double Dynamics::seriesCost(int order) const {
-  constexpr double ofCoupledOrder = 4.5;  // by clock, 2 to 20 links
-  return series_ ? series_->cost(order) : ofCoupledOrder * order;
+  constexpr double ofGeneralOrder = 4.5;  // by clock, 2 to 20 links
+  return series_ ? series_->cost(order) : ofGeneralOrder * order;
 }
 
 void Dynamics::reserveSeries(int order) {
-  const int reserved = series_ ? series_->orders() : coupledSeries_ ? coupledSeries_->orders() : 0;
+  const int reserved = series_ ? series_->orders() : generalSeries_ ? generalSeries_->orders() : 0;
   if (reserved >= order) return;
-  if (coupled_ && !mechanism_.hasEnds()) {
-    coupledSeries_.emplace(mechanism_.chain(), order);
+  if (general_ && !mechanism_.coordinates().anyIsPrismatic() && !holdsTip()) {
+    generalSeries_.emplace(mechanism_.chain(), order);
     orders_.emplace(n_);
   } else {
     series_.emplace(mechanism_.chain(), order, nullptr, holdsTip());
@@ -34,14 +35,14 @@ void Dynamics::reserveSeries(int order) {
 
 void Dynamics::series(double t, const double* y, const double* carry, int order, double* c) {
   std::copy_n(y, 2 * n_, c);
-  if (!series_) return findCoupledSeries(t, y, order, c);
-  (coupled_ ? endedOrders_ : evaluations_) += order;
+  if (!series_) return findGeneralSeries(t, y, order, c);
+  (general_ ? endedOrders_ : evaluations_) += order;
   if (!effects_.act())
     return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c, carry);
   known_ = {t, n_, c, series_->rotations()};
   const bool hasForces = effects_.acting() == LoadKind::forces;
-  if (coupled_) {
-    const Evaluation& at = coupled_->at(t, y);
+  if (general_) {
+    const Evaluation& at = general_->at(t, y);
     std::copy(at.N.begin(), at.N.end(), room_.N.begin());
     if (hasForces) std::copy(at.F.begin(), at.F.end(), room_.F.begin());
   } else {
@@ -51,14 +52,14 @@ void Dynamics::series(double t, const double* y, const double* carry, int order,
   series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c, carry);
 }
 
-void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c) {
-  const Evaluation& at = coupled_->at(t, y);
+void Dynamics::findGeneralSeries(double t, const double* y, int order, double* c) {
+  const Evaluation& at = general_->at(t, y);
   const Vec2d* F = effects_.acting() == LoadKind::forces ? room_.F.data() : nullptr;
-  coupledSeries_->begin(at.e.data(), at.omega(), at.alpha.data(), at.ground, F ? at.F.data() : nullptr);
-  known_ = {t, n_, c, coupledSeries_->rotations()};
+  generalSeries_->begin(at.e.data(), at.omega(), at.xdd.data(), at.ground, F ? at.F.data() : nullptr);
+  known_ = {t, n_, c, generalSeries_->rotations()};
   double* alpha = room_.derivative.data();
   double* omega = alpha + n_;
-  std::copy_n(at.alpha.data(), n_, alpha);
+  std::copy_n(at.xdd.data(), n_, alpha);
   Couplings& orders = *orders_;
   effects_.couple(t, 0, orders);
   for (int k = 0; k < order; ++k) {
@@ -67,7 +68,7 @@ void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c
       effects_.couple(t, k, orders);
       for (int i = 0; i < n_; ++i) omega[i] = row[n_ + i] + orders.angle.rate;
       findOrder(k);
-      coupledSeries_->find(k, omega, room_.N.data(), F, orders.joints.data(), orders.pinAcceleration(),
+      generalSeries_->find(k, omega, room_.N.data(), F, orders.joints.data(), orders.pinAcceleration(),
                            orders.angle.acceleration, alpha);
     }
     for (int i = 0; i < n_; ++i) {
@@ -80,7 +81,7 @@ void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c
 void Dynamics::findOrder(int k) {
   const Actions to{room_.N.data(), room_.F.data()};
   std::fill_n(to.N, n_, 0.0);
-  const Coordinates coordinates = mechanism_.coordinates();
+  const Coordinates& coordinates = mechanism_.coordinates();
   const std::vector<double>&stiffness = tangents_->constantK, &damping = tangents_->constantD;
   for (int i = 0; i < n_; ++i) {
     const double torque = -stiffness[index(i)] * coordinates.relative(known_.theta(k), i) -
@@ -92,7 +93,7 @@ void Dynamics::findOrder(int k) {
 }
 
 void Dynamics::integrands(double t, const double* y, double* rates) {
-  const Powers powers = coupled_ ? coupled_->powers(t, y) : apply(effects_.active(), t, y, y + n_);
+  const Powers powers = general_ ? general_->powers(t, y) : apply(effects_.active(), t, y, y + n_);
   rates[0] = powers.supplied;
   rates[1] = powers.dissipated;
 }

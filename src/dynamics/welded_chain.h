@@ -67,7 +67,7 @@ class WeldedChain {
     Vec2d* pin = &groundPin_;
     Rotation<double> e;
     for (std::size_t j = 0; j < bodies_.size(); ++j) {
-      sticks_[j] = at.joints[j].isHeld;
+      sticks_[j] = at.joints[j].isPrescribed;
       if (!sticks_[j]) {
         e = {};
         first_.push_back(j);

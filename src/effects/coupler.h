@@ -1,14 +1,14 @@
 #pragma once
 
-/// What couples the accelerations of neighbouring bodies, or moves the base (recursion/coupled.h): the part
+/// What couples the accelerations of neighbouring bodies, or moves the base (recursion/general.h): the part
 /// of an effect that gives q̈ of joints, rotors, or the motion of the ground pin.
 
 #include <vector>
 
 #include "planar_chain/motion_law.h"
 #include "planar_chain/planar.h"
-#include "recursion/coupled.h"
-#include "recursion/ends.h"
+#include "recursion/general.h"
+#include "recursion/tip_constraint.h"
 
 namespace planar_chain {
 
@@ -30,13 +30,13 @@ struct Couplings {
   /// Puts held joints where they are: relative angles and rates, n each.
   void hold(double* q, double* qd) const {
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      if (!joints[i].isHeld) continue;
+      if (!joints[i].isPrescribed) continue;
       q[i] = held[i].value;
       qd[i] = held[i].rate;
     }
   }
 
-  std::vector<Coupling<double>> joints;
+  std::vector<JointLaw<double>> joints;
   std::vector<GivenMotion> held;  ///< the motion of each held joint
   GivenMotion x, y, angle;        ///< of the base
   Tip<double> tip{};              ///< how it is held; the acceleration as given

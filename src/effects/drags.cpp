@@ -16,7 +16,8 @@ namespace {
 /// step; `leftOver` is more than the rate that the projection onto a held tip gives it.
 constexpr double largest = 1e-9, shareOfTolerance = 0.1, ofFixedSteps = 1e-13, leftOver = 1e-11;
 double leastRateOf(const Scene& scene, const Joint& joint) {
-  const double tolerance = toleranceOfRates(scene.integrator), unit = joint.slides ? scene.chain.reach() : 1;
+  const double tolerance = toleranceOfRates(scene.integrator),
+               unit = joint.isPrismatic ? scene.chain.reach() : 1;
   const double least = tolerance > 0 ? std::min(largest, shareOfTolerance * tolerance) : ofFixedSteps;
   return unit * (scene.tip ? std::max(least, leftOver) : least);
 }

@@ -32,7 +32,7 @@ class Rotors : public CouplingEffect {
   }
   bool hasPower() const override { return false; }
   void couple(double /*t*/, int /*k*/, Couplings& to) const override {
-    for (std::size_t i = 0; i < inertia_.size(); ++i) to.joints[i].rotor = inertia_[i];
+    for (std::size_t i = 0; i < inertia_.size(); ++i) to.joints[i].armature = inertia_[i];
   }
 
  private:
@@ -107,7 +107,7 @@ class Drives : public LawEffect {
   void couple(double t, int k, Couplings& to) const override {
     for (std::size_t i = 0; i < laws_.size(); ++i) {
       const GivenMotion motion = laws_[i].order(k, t);
-      to.joints[index(joints_[i])].isHeld = true;
+      to.joints[index(joints_[i])].isPrescribed = true;
       to.joints[index(joints_[i])].acceleration = motion.acceleration;
       to.held[index(joints_[i])] = motion;
     }

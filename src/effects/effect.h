@@ -76,8 +76,10 @@ class Mechanics {
 
 /// The sums to which an effect adds its moments and forces, n each.
 struct Actions {
-  double* N = nullptr;  ///< moments about the inner pins, N m; of slides forces along the rail alone, N
-  Vec2d* F = nullptr;   ///< forces, N, those on slides at their own points; nullptr if no effect has any
+  /// Of a revolute joint the moment about the own point of its body and of those that turn with it, N m (a
+  /// moment on body j belongs to Coordinates::turner(j)); of a prismatic joint the force along its axis, N.
+  double* N = nullptr;
+  Vec2d* F = nullptr;  ///< forces at the own points of the bodies, N; nullptr if no effect has any
 };
 
 /// A change of a state: of the angles and rates, the velocities of the first reach() pins, and the base's

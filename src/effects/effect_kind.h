@@ -166,7 +166,7 @@ bool hasSymbol(const Joint& joint, Symbol symbol);
 bool storesEnergy(const Joint& joint);
 
 /// The largest |q| of a joint, rad or m: the number of turns is exact, or, if the joint stores energy or
-/// slides, q is to 1e-10.
+/// is prismatic, q is to 1e-10.
 double largestAngle(const Joint& joint);
 /// The same for a fault: "a number from … to …".
 const char* anglesInWords(const Joint& joint);

@@ -9,7 +9,7 @@
 #include "effects/motors.h"
 #include "effects/springs.h"
 #include "effects/stops.h"
-#include "model/slides.h"
+#include "model/prismatic.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
@@ -63,10 +63,10 @@ bool storesEnergy(const Joint& joint) {
 double largestAngle(const Joint& joint) {
   constexpr double mostTurns = 9007199254740992;  // 2^53: of more, doubles do not count each one
   constexpr double farthest = 1e6;                // rad or m: the rounding of q is 1e-10 there
-  return joint.slides || storesEnergy(joint) ? farthest : 2 * pi * mostTurns;
+  return joint.isPrismatic || storesEnergy(joint) ? farthest : 2 * pi * mostTurns;
 }
 const char* anglesInWords(const Joint& joint) {
-  if (joint.slides) return "a number from -1e6 to 1e6 m";
+  if (joint.isPrismatic) return "a number from -1e6 to 1e6 m";
   return storesEnergy(joint) ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
                              : "a number from -5e16 to 5e16 rad (2^53 turns)";
 }
@@ -102,12 +102,8 @@ void EffectKind::judge(const Joint& joint, std::vector<Fault>& faults) const {
 std::vector<Fault> faultsOf(const Joint& joint) {
   std::vector<Fault> faults;
   for (const EffectKind* kind : effectKinds()) kind->judge(joint, faults);
-  if (!joint.slides) return faults;
-  for (Fault& fault : faults) fault.expected = inUnitsOfSlide(fault.expected);
-  if (inertiaIn(joint) != 0) {
-    faults.push_back({"joint/rotor_inertia", "no rotor_inertia of a prismatic joint (add it to the mass)",
-                      toText(inertiaIn(joint))});
-  }
+  if (!joint.isPrismatic) return faults;
+  for (Fault& fault : faults) fault.expected = inUnitsOfPrismatic(fault.expected);
   return faults;
 }
 

@@ -137,7 +137,7 @@ bool Effects::holdTip() const {
 }
 
 void Effects::couple(double t, int k, Couplings& to) const {
-  std::fill(to.joints.begin(), to.joints.end(), Coupling<double>{});
+  std::fill(to.joints.begin(), to.joints.end(), JointLaw<double>{});
   for (const Coupler* coupler : couplers_) coupler->couple(t, k, to);
 }
 

@@ -25,7 +25,7 @@ inline const Eigen::VectorXd& stateAt(double t, const ode::Stretch& of) {
 
 /// |x_i| + |x_{i−1}|, or |x_i|: what the rounding of a coordinate counts by.
 inline double sumOfSizes(const double* x, const Coordinate& q) {
-  return std::abs(x[q.joint]) + (q.isDifference ? std::abs(x[q.joint - 1]) : 0);
+  return std::abs(x[q.joint]) + (q.inner >= 0 ? std::abs(x[q.inner]) : 0);
 }
 
 /// How far something may change within narrowest(), by its values at the begin, in the middle and at the end.

@@ -60,7 +60,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   Coupler* coupler() override { return this; }
   void couple(double /*t*/, int k, Couplings& to) const override {
     for (const int i : joints_.stuck()) {
-      to.joints[index(i)].isHeld = true;
+      to.joints[index(i)].isPrescribed = true;
       to.held[index(i)] = {k == 0 ? joints_.angle(i) : 0, 0, 0};
     }
   }
@@ -236,11 +236,10 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     learn(answer);
 
     // What is wrong with it?
-    const Eigen::Index others = n_ - 1;
-    const Eigen::Map<const Eigen::ArrayXd> alpha(answer.accelerations, n_);
-    const double ofOthers = others > 0 ? (alpha.tail(others) - alpha.head(others)).abs().maxCoeff() : 0;
-    const double ofFirst = alpha.head(coordinates_.slides() + 1).abs().maxCoeff();
-    const double least = StickSlip::rounding * std::max(ofFirst, ofOthers);
+    double most = 0;
+    for (int i = 0; i < n_; ++i)
+      most = std::max(most, std::abs(coordinates_.relative(answer.accelerations, i)));
+    const double least = StickSlip::rounding * most;
     for (RestingJoint& one : joints) {
       if (one.direction == 0) {
         const double moment = answer.moments[one.joint];

@@ -143,8 +143,9 @@ class LoadsKind : public EffectKind {
       const double f = factorAt(load, t);
       if (load.link != Load::none) {
         const Vec2d x = load.point - scene.chain.links()[index(load.link)].com;
-        const int slides = scene.chain.slides(), turning = std::max(0, load.link + 1 - slides);
-        const Vec2d arm = Rotation<double>::of(base + q.segment(slides, turning).sum()) * x;
+        double angle = base;
+        for (int i = 0; i <= load.link; ++i) angle += scene.chain.joints()[index(i)].isPrismatic ? 0 : q(i);
+        const Vec2d arm = Rotation<double>::of(angle) * x;
         to.F(2 * load.link) += f * load.force.x;
         to.F(2 * load.link + 1) += f * load.force.y;
         to.M(load.link) += f * (load.moment + cross(arm, load.force));

@@ -131,70 +131,87 @@ double Springs::dissipationAlong(const double* omega, const double* v) const {
 
 namespace {
 
-/// Of joints that turn; and of slides, whose q is their own position.
+/// Of chains whose joints are all revolute.
 class SpringEffect : public Effect, public InLanes {
  public:
-  explicit SpringEffect(const Chain& chain)
-      : chain_(chain), slides_(chain.slides()), inOrder_(chain.withoutSlides()), inLanes_(chain) {
-    for (int i = 0; i < slides_; ++i) {
-      const Joint& joint = chain.joints()[index(i)];
-      rails_.push_back({joint.stiffness, joint.restAngle, joint.damping});
-      act_ = act_ || joint.stiffness > 0 || joint.damping > 0;
-    }
-  }
-  bool empty() const { return inOrder_.empty() && !act_; }
+  explicit SpringEffect(const Chain& chain) : chain_(chain), inOrder_(chain), inLanes_(chain) {}
+  bool empty() const { return inOrder_.empty(); }
 
   LoadKind mostActing() const override { return LoadKind::moments; }
-  bool hasPower() const override {
-    return inOrder_.dissipate() ||
-           std::any_of(rails_.begin(), rails_.end(), [](const Rail& rail) { return rail.d > 0; });
-  }
+  bool hasPower() const override { return inOrder_.dissipate(); }
   Powers apply(const ChainState& at, const Actions& to) override {
-    Powers powers;
-    for (int i = 0; i < slides_; ++i) {
-      to.N[i] += rails_[index(i)].force(at, i);
-      powers.dissipated += rails_[index(i)].d * at.omega[i] * at.omega[i];
-    }
-    if (inOrder_.empty()) return powers;
-    powers.dissipated += inOrder_.apply(at.theta + slides_, at.omega + slides_, to.N + slides_);
-    return powers;
+    return {0, inOrder_.apply(at.theta, at.omega, to.N)};
   }
   void addTorques(const ChainState& at, double* tau) override {
-    for (int i = 0; i < slides_; ++i) tau[i] += rails_[index(i)].force(at, i);
-    inOrder_.addTorques(at.theta + slides_, at.omega + slides_, tau + slides_);
+    inOrder_.addTorques(at.theta, at.omega, tau);
   }
-  InLanes* inLanes() override { return slides_ == 0 ? this : nullptr; }
+  InLanes* inLanes() override { return this; }
   void arrange(const Arrangement* lanes) override { inLanes_ = Springs(chain_, lanes); }
   Powers applyInLanes(const double* theta, const double* omega, double* N) override {
     return {0, inLanes_.apply(theta, omega, N)};
   }
-  void addStiffness(double* k, double* d) const override {
-    for (int i = 0; i < slides_; ++i) {
-      k[i] += rails_[index(i)].k;
-      d[i] += rails_[index(i)].d;
-    }
-    inOrder_.addStiffness(k + slides_, d + slides_);
-  }
+  void addStiffness(double* k, double* d) const override { inOrder_.addStiffness(k, d); }
   Powers powersAlong(const ChainState& at, const StateChange& along) override {
-    double change = inOrder_.dissipationAlong(at.omega + slides_, along.v + slides_);
-    for (int i = 0; i < slides_; ++i) change += 2 * rails_[index(i)].d * at.omega[i] * along.v[i];
-    return {0, change};
+    return {0, inOrder_.dissipationAlong(at.omega, along.v)};
   }
   Powers powersAlongInLanes(const double* omega, const double* v) override {
     return {0, inLanes_.dissipationAlong(omega, v)};
   }
 
  private:
-  struct Rail {
+  const Chain& chain_;
+  Springs inOrder_, inLanes_;
+};
+
+/// Of chains with prismatic joints, joint by joint.
+class MixedSprings : public Effect {
+ public:
+  explicit MixedSprings(const Chain& chain) : coordinates_(chain.coordinates()) {
+    for (int i = 0; i < chain.size(); ++i) {
+      const Joint& joint = chain.joints()[index(i)];
+      if (joint.stiffness > 0 || joint.damping > 0)
+        springs_.push_back({{coordinates_, i}, joint.stiffness, joint.restAngle, joint.damping});
+    }
+  }
+  bool empty() const { return springs_.empty(); }
+
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  bool hasPower() const override {
+    return std::any_of(springs_.begin(), springs_.end(), [](const Spring& spring) { return spring.d > 0; });
+  }
+  Powers apply(const ChainState& at, const Actions& to) override {
+    Powers powers;
+    for (const Spring& spring : springs_) {
+      const double rate = spring.q(at.omega);
+      coordinates_.addTorque(spring.torque(at), spring.q.joint, to.N);
+      powers.dissipated += spring.d * rate * rate;
+    }
+    return powers;
+  }
+  void addTorques(const ChainState& at, double* tau) override {
+    for (const Spring& spring : springs_) tau[spring.q.joint] += spring.torque(at);
+  }
+  void addStiffness(double* k, double* d) const override {
+    for (const Spring& spring : springs_) {
+      k[spring.q.joint] += spring.k;
+      d[spring.q.joint] += spring.d;
+    }
+  }
+  Powers powersAlong(const ChainState& at, const StateChange& along) override {
+    double change = 0;
+    for (const Spring& spring : springs_) change += 2 * spring.d * spring.q(at.omega) * spring.q(along.v);
+    return {0, change};
+  }
+
+ private:
+  struct Spring {
+    Coordinate q;
     double k, rest, d;
 
-    double force(const ChainState& at, int i) const { return -k * (at.theta[i] - rest) - d * at.omega[i]; }
+    double torque(const ChainState& at) const { return -k * (q(at.theta) - rest) - d * q(at.omega); }
   };
-  const Chain& chain_;
-  const int slides_;
-  bool act_ = false;  ///< on a slide
-  std::vector<Rail> rails_;
-  Springs inOrder_, inLanes_;
+  const Coordinates coordinates_;
+  std::vector<Spring> springs_;
 };
 
 class SpringKind : public EffectKind {
@@ -207,6 +224,7 @@ class SpringKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
+    if (scene.chain.coordinates().anyIsPrismatic()) return makeUnlessEmpty<MixedSprings>(scene.chain);
     return makeUnlessEmpty<SpringEffect>(scene.chain);
   }
 

@@ -33,21 +33,29 @@ constexpr double leftOver = 1e-11;
 /// at most counts as rounding.
 constexpr double leastOwn = 1e-6;
 
-/// The yield of each body to a moment, or of a slide to a force, as if no pin held it.
+/// The yield of each joint to its torque or force, as if no pin held its bodies. With a prismatic joint, a
+/// body and the one inside turn together.
 std::vector<double> yieldsOf(const Chain& chain) {
-  std::vector<double> yields(index(chain.size()));
+  const Coordinates& coordinates = chain.coordinates();
+  std::vector<double> yields(index(chain.size())), own(yields.size());
   double carried = 0;  // kg, at the outer pin
   for (int i = chain.size(); i-- > 0;) {
     const Link& link = chain.links()[index(i)];
     const Joint& joint = chain.joints()[index(i)];
-    const double own = joint.slides ? link.mass : link.inertia;
-    const double aboutPin = joint.slides ? link.mass + carried
-                                         : link.inertia + link.mass * dot(link.com, link.com) +
-                                               carried * dot(link.pin, link.pin) + inertiaIn(joint);
-    yields[index(i)] = 1 / std::max(own, leastOwn * aboutPin);
+    const double aboutPin = joint.isPrismatic ? link.mass + carried
+                                              : link.inertia + link.mass * dot(link.com, link.com) +
+                                                    carried * dot(link.pin, link.pin) + inertiaIn(joint);
+    if (coordinates.turner(i) >= 0) own[index(coordinates.turner(i))] += link.inertia;
+    yields[index(i)] = 1 / std::max(joint.isPrismatic ? link.mass : own[index(i)], leastOwn * aboutPin);
     carried += link.mass;
   }
-  return yields;
+  std::vector<double> sums = yields;
+  for (int i = 0; i < chain.size(); ++i) {
+    const bool isInside = chain.joints()[index(i)].isPrismatic && coordinates.turner(i) >= 0;
+    if (coordinates.inner(i) >= 0) sums[index(i)] += yields[index(coordinates.inner(i))];
+    if (isInside) sums[index(i)] += 1 / chain.links()[index(i - 1)].mass;
+  }
+  return sums;
 }
 
 }  // namespace
@@ -59,15 +67,15 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
   }
   const std::vector<double> yields = yieldsOf(chain);
   unit_.setOnes(n_);
-  unit_.head(chain.slides()) = chain.reach();
   never_.setConstant(n_, never);
   isLoose_.setConstant(n_, false);
   startsClearly_.setConstant(n_, false);
   moments_.setZero(n_);
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[index(i)];
+    if (joint.isPrismatic) unit_[i] = chain.reach();
     if (!mayStick(joint)) continue;
-    mostYield_[i] = yields[index(i)] + (coordinates_.isDifference(i) ? yields[index(i - 1)] : 0);
+    mostYield_[i] = yields[index(i)];
     breakaway_[i] = std::max(joint.other("breakaway"), joint.other("friction"));
     if (breakaway_[i] * mostYield_[i] < negligible * tolerance * unit_[i]) {
       leftOut_.push_back(i);
@@ -94,8 +102,7 @@ double StickSlip::ownBand(int joint) const {
 // ---- What is due ------------------------------------------------------------------------------------
 
 StickSlip::Rate StickSlip::rateOf(int joint, const double* omega) const {
-  const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
-  return {outer - inner, epsilon * (std::abs(outer) + std::abs(inner))};
+  return {coordinates_.relative(omega, joint), epsilon * sumOfSizes(joint, omega)};
 }
 
 double StickSlip::slideDue(int joint, const double* omega) const {
@@ -104,17 +111,25 @@ double StickSlip::slideDue(int joint, const double* omega) const {
 }
 
 void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
-  const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
-  for (int i = 0; i <= first; ++i) due[i] = slideDue(i, omega);
-  const Eigen::Map<const Numbers> outer(omega + first + 1, others), inner(omega + first, others);
+  const Eigen::Index others = n_ - 1;
+  if (coordinates_.anyIsPrismatic()) {
+    for (int i = 0; i < n_; ++i) due[i] = slideDue(i, omega);
+    return;
+  }
+  due[0] = slideDue(0, omega);
+  const Eigen::Map<const Numbers> outer(omega + 1, others), inner(omega, others);
   due.tail(others) = -direction_.tail(others) * (outer - inner) - 4 * epsilon * (outer.abs() + inner.abs()) +
                      never_.tail(others);
 }
 
 void StickSlip::findSlidesSlope(const double* alpha, Numbers& slope) const {
-  const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
-  for (int i = 0; i <= first; ++i) slope[i] = -direction_[i] * coordinates_.relative(alpha, i);
-  const Eigen::Map<const Numbers> outer(alpha + first + 1, others), inner(alpha + first, others);
+  const Eigen::Index others = n_ - 1;
+  if (coordinates_.anyIsPrismatic()) {
+    for (int i = 0; i < n_; ++i) slope[i] = -direction_[i] * coordinates_.relative(alpha, i);
+    return;
+  }
+  slope[0] = -direction_[0] * alpha[0];
+  const Eigen::Map<const Numbers> outer(alpha + 1, others), inner(alpha, others);
   slope.tail(others) = -direction_.tail(others) * (outer - inner);
 }
 
@@ -145,8 +160,7 @@ void StickSlip::enter(int joint, const double* y) {
 
 void StickSlip::rest(int joint, const double* y, bool passes) {
   const double angle = coordinates_.relative(y, joint);
-  const double inner = coordinates_.isDifference(joint) ? std::abs(y[joint - 1]) : 0;
-  const bool hasMoved = std::abs(angle - angle_[joint]) > 8 * epsilon * (std::abs(y[joint]) + inner);
+  const bool hasMoved = std::abs(angle - angle_[joint]) > 8 * epsilon * sumOfSizes(joint, y);
   band_[joint] = hasMoved || startsClearly_[joint] ? ownBand(joint) : 4 * band_[joint];
   direction_[joint] = passes ? -direction_[joint] : 0;
   angle_[joint] = angle;
@@ -189,9 +203,14 @@ bool StickSlip::take() {
     never_[i] = slides(i) ? 0 : never;
     if (!slides(i)) (isLoose(i) ? loose_ : stuck_).push_back(i);
   }
-  const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
   moments_ = torques().matrix();
-  moments_.segment(first, others) -= torques().tail(others).matrix();
+  if (coordinates_.anyIsPrismatic()) {
+    for (int i = 0; i < n_; ++i) {
+      if (coordinates_.inner(i) >= 0) moments_[coordinates_.inner(i)] -= torques()[i];
+    }
+  } else {
+    moments_.head(n_ - 1) -= torques().tail(n_ - 1).matrix();
+  }
   return stuck_ != before_;
 }
 

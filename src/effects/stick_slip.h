@@ -80,6 +80,11 @@ class StickSlip {
 
   // ---- What is due ---------------------------------------------------------------------------------------
 
+  /// |x_i| + |x_k|: the rounding of the coordinate q_i = x_i − x_k, or of its rate, counts by it.
+  double sumOfSizes(int joint, const double* x) const {
+    const int inner = coordinates_.inner(joint);
+    return std::abs(x[joint]) + (inner >= 0 ? std::abs(x[inner]) : 0);
+  }
   /// How far a sliding joint is past its rest, rad/s. ≤ 0: it slides on. Far below 0 unless it slides.
   double slideDue(int joint, const double* omega) const;
   /// The same of all.

@@ -155,8 +155,7 @@ class SwitchInstant {
                      mostLate = 1e-6;
     if (joints_.isLoose(joint)) return ofTime + joints_.looseRate(joint);
     if (joints_.slides(joint)) {
-      const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
-      return ofTime + ofRates * (std::abs(omega[joint]) + inner);
+      return ofTime + ofRates * joints_.sumOfSizes(joint, of.next.data() + n_);
     }
     if (joints_.hasBreakaway()) return ofTime + ofMoments * most;
     return ofTime + std::max(std::clamp(late * (end - begin), leastLate * most, mostLate * most),

@@ -79,16 +79,16 @@ Powers TimedTerms::applyFactors(const ChainState& at, const Actions& to, bool ra
     const double tau = times(term.factor, term.torque);
     coordinates_.addTorque(tau, term.q.joint, to.N);
     power += tau * at.omega[term.q.joint];
-    if (term.q.isDifference) power -= tau * at.omega[term.q.joint - 1];
+    if (term.q.inner >= 0) power -= tau * at.omega[term.q.inner];
   }
   for (const BodyTerm& term : bodyTerms_) {
     const double factor = factors_[index(term.factor)];
     const int j = term.body;
     const Vec2d force = factor * term.force;
-    if (!coordinates_.slides(j)) {  // a slide does not turn
+    if (const int turner = coordinates_.turner(j); turner >= 0) {
       const double moment = factor * term.moment + cross(at.e[j] * term.point, force);
-      to.N[j] += moment;
-      power += moment * (at.omega[j] + at.baseRate);
+      to.N[turner] += moment;
+      power += moment * (at.omega[turner] + at.baseRate);
     }
     if (j < reach_) {
       to.F[j] += force;
@@ -108,8 +108,8 @@ void TimedTerms::addTorques(const ChainState& at, double* tau) {
 void TimedTerms::addForceStiffness(const ChainState& at, double* XF) {
   evaluate(at.t);
   for (const BodyTerm& term : bodyTerms_) {
-    if (coordinates_.slides(term.body)) continue;
-    XF[term.body] += times(term.factor, dot(at.e[term.body] * term.point, term.force));
+    const int turner = coordinates_.turner(term.body);
+    if (turner >= 0) XF[turner] += times(term.factor, dot(at.e[term.body] * term.point, term.force));
   }
 }
 
@@ -123,9 +123,9 @@ Powers TimedTerms::powersAlong(const ChainState& at, const StateChange& along) {
     const int j = term.body;
     const Vec2d X = at.e[j] * term.point;
     double rate = 0;
-    if (!coordinates_.slides(j)) {
-      rate = (term.moment + cross(X, term.force)) * (along.v[j] + along.speed) -
-             dot(X, term.force) * (at.omega[j] + at.baseRate) * (along.u[j] + along.turn);
+    if (const int turner = coordinates_.turner(j); turner >= 0) {
+      rate = (term.moment + cross(X, term.force)) * (along.v[turner] + along.speed) -
+             dot(X, term.force) * (at.omega[turner] + at.baseRate) * (along.u[turner] + along.turn);
     }
     if (j < reach_) rate += dot(term.force, along.pinVelocity[j]);
     change += times(term.factor, rate);
@@ -165,11 +165,12 @@ void TimedTerms::addOrder(int k, const Series& known, const Actions& to) {
   for (const BodyTerm& term : bodyTerms_) {
     const int j = term.body;
     if (j < reach_) to.F[j] += coefficient(k, term.factor) * term.force;
-    if (coordinates_.slides(j)) continue;
-    to.N[j] += coefficient(k, term.factor) * term.moment;
+    const int turner = coordinates_.turner(j);
+    if (turner < 0) continue;
+    to.N[turner] += coefficient(k, term.factor) * term.moment;
     for (int i = 0; i <= (term.factor == 0 ? 0 : k); ++i) {
-      const Vec2d X = known.rotation(k - i)[j] * term.point;
-      to.N[j] += coefficient(i, term.factor) * cross(X, term.force);
+      const Vec2d X = known.rotation(k - i)[turner] * term.point;
+      to.N[turner] += coefficient(i, term.factor) * cross(X, term.force);
     }
   }
 }

@@ -6,7 +6,9 @@
 /// terms: a force F at the point x of a body, a moment M on it, a torque τ in a joint, each times a factor
 /// f(t),
 ///
-///     N_j += f (M + X×F)     F_j += f F     X = e_j x          N_i += f τ, N_{i−1} −= f τ
+///     N_k += f (M + X×F)     F_j += f F     X = e_j x          N_i += f τ, N_{i−1} −= f τ
+///
+/// k: the revolute joint with whose body the body j turns; nothing, if that is the base.
 ///
 /// enter(t) makes that list for [t, until()). The integrator lands on until() and enters again, so no stage
 /// asks whether a load is on, and every impulse ∫F dt is exact.

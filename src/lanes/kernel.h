@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "planar_chain/planar.h"
-#include "recursion/coupled.h"
+#include "recursion/general.h"
 #include "recursion/load_kind.h"
 #include "simd/cpu.h"
 
@@ -46,43 +46,56 @@ struct ShortChains {
   Run (*runFor)(int n, LoadKind acting);
 };
 
-/// What the exact solve and the recursion of coupled joints keep of a pair of segments (LinearPairs): d, and
-/// eight matrices.
+/// What the exact solve and the general recursion keep of a pair of segments (LinearPairs): d, and eight
+/// matrices.
 constexpr int pairQuantities = 2 + 8 * 9;
 
-/// The recursion of coupled joints; see coupled_chain.h. Joint by joint, or step by step in lanes: J, 1 if
-/// held or else 0, q̈.
-struct CoupledArrays {
+/// How the general recursion takes a joint, link by link.
+enum class JointKind : char {
+  bare,      ///< revolute and free, without armature; and so is the next one
+  revolute,  ///< any
+  prismatic,
+  carriage,  ///< prismatic, and nothing inside of it turns or has a wrench that anybody asks for
+};
+
+/// The general recursion; see general_chain.h. Joint by joint, or step by step in lanes: J, 1 if prescribed
+/// or else 0, q̈.
+struct GeneralArrays {
   static constexpr int jointQuantities = 3;
-  static constexpr int handleQuantities = 12;
+  static constexpr int displacementQuantities = 7;  ///< 1 if prismatic or else 0, d, S, γ
+  static constexpr int termQuantities = 12;
   static constexpr int most = ShortChains::most;  ///< links, link by link
   static constexpr int rows = 15, width = 16;     ///< of their numbers
   int n, steps;
   const double *links, *joints;
-  const char* couples;  ///< link by link: false where a body and the next one have no coupling
-  double* handles;
+  const JointKind* kinds;                 ///< link by link
+  const Displacement<double>* displaced;  ///< link by link: of prismatic joints
+  const double* displacedInLanes;         ///< in segments; nullptr: all joints are revolute
+  double* terms;
   double* pairs;  ///< the pairs of segments, round by round
 };
 
-/// The ends of a chain. They move when its bodies are known, and before these do.
-struct ChainEnds;
-/// Writes the acceleration of the first pin less gravity, and the force on the tip.
-void meet(const EndedPin<double>& shown, const ChainEnds& ends, Vec2d& a, Vec2d& tipForce);
+/// The ends of a chain: what is inside of the bodies of the kernel, and the held tip.
+struct GeneralEnds;
+/// The most joints inside of the segments.
+constexpr int mostLeading = ShortChains::most;
+/// Solves for the force on the tip, which is returned, and for the motion of the pin that shows this.
+Vec2d meet(const ArticulatedTerms<double>& shown, const TipTerms<double>& ofTip, const GeneralEnds& ends,
+           Moved<double>& pin);
 
-/// Results, and the ends that the chain has.
-struct CoupledResults {
-  double *alpha, *moments;
-  Vec2d* pinForce;  ///< of a chain without ends
-  const ChainEnds* ends;
+/// Results. ends: nullptr if nobody asks for them.
+struct GeneralResults {
+  double *xdd, *moments;
+  const GeneralEnds* ends;
 };
 
-/// theta: nullptr if e is given, as it is in segments.
-using CoupledRun = void (*)(const CoupledArrays& arrays, const Outside& outside, const double* theta,
-                            const double* omega, double turning, CoupledResults to);
+/// theta: angles of the bodies, or nullptr if e is given, as it is in segments.
+using GeneralRun = void (*)(const GeneralArrays& arrays, const Outside& outside, const double* theta,
+                            const double* omega, double turning, GeneralResults to);
 
-/// For chains without ends, on slides, and with a held tip, which alone pays for it.
-struct CoupledKernel {
-  CoupledRun plain, onSlides, holdingTip;
+/// For chains without ends, with the wrench of the base, and with a held tip, which alone pays for it.
+struct GeneralKernel {
+  GeneralRun plain, withWrench, holdingTip;
 };
 
 /// So many quantities a step.
@@ -215,7 +228,7 @@ struct Kernel {
   /// first body.
   Vec2d (*pins)(const SegmentArrays& arrays, const double* e, const double* omega, const double* alpha,
                 Vec2d ground, double* pins);
-  CoupledKernel coupledLinks, coupledSegments;
+  GeneralKernel generalLinks, generalSegments;
   LinearKernels inSegments, linkByLink;
   SeriesRun series[5];         ///< for one body, for two, for any number; with a held tip; for one on a slide
   EnsembleKernel ensemble[3];  ///< for one body, for two, for any number

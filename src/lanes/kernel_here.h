@@ -2,8 +2,8 @@
 
 /// All that a kernel is made of, for the CPU that the including file's compiler options name.
 
-#include "lanes/coupled_kernel.h"
 #include "lanes/ensemble_kernel.h"
+#include "lanes/general_kernel.h"
 #include "lanes/linear_kernel.h"
 #include "lanes/series_cart.h"
 
@@ -17,8 +17,8 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           shortChains,
           segmentsAll,
           pinsOfSegments,
-          {coupledLinks<EndKind::none>, coupledLinks<EndKind::slides>, coupledLinks<EndKind::tip>},
-          {coupledSegments<false>, coupledSegments<true>, coupledSegments<true>},
+          {generalLinks<Ends::none>, generalLinks<Ends::wrench>, generalLinks<Ends::tip>},
+          {generalSegments<Ends::none>, generalSegments<Ends::wrench>, generalSegments<Ends::tip>},
           linearKernels<Pack>,
           linearKernels<Lane>,
           {seriesOfOne, seriesOf<Two>, seriesOf<Links<Lane>>, seriesOf<Links<Lane, true>>, seriesOfCart},

@@ -62,7 +62,7 @@ void SeriesStorage::putCart(const Chain& chain) {
 
 MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* kernel, bool holdsTip)
     : n_(chain.size()),
-      slides_(chain.slides()),
+      slides_(chain.coordinates().leading()),
       orders_(order),
       holdsTip_(holdsTip),
       // The registers of AVX-512 hold all numbers of a cart and its pole: 1.5 % less time.
@@ -78,7 +78,8 @@ MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* ke
 }
 
 bool MotionSeries::areFor(const Chain& chain) {
-  return chain.slides() == 0 || (chain.slides() == 1 && chain.size() == 2);
+  const Coordinates& coordinates = chain.coordinates();
+  return !coordinates.anyIsPrismatic() || (chain.size() == 2 && coordinates.leading() == 1);
 }
 
 void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c,

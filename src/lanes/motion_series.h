@@ -64,7 +64,7 @@ class MotionSeries {
   /// point that rests. Allocates.
   MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel = nullptr, bool holdsTip = false);
 
-  /// True if there are series of such a chain: one without slides, or one slide and one body on it.
+  /// True if there are series of such a chain: all joints revolute, or a carriage and one body on it.
   static bool areFor(const Chain& chain);
   /// True if n links are so few that a series may be faster than other methods.
   static bool areWorthwhile(int n);

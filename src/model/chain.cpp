@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "model/number_rule.h"
-#include "model/slides.h"
+#include "model/prismatic.h"
 
 namespace planar_chain {
 
@@ -41,9 +41,15 @@ bool isPointOnPin(const Link& link) {
 }
 
 /// The reason why no mass moves when link j turns, if there is a configuration in which this is so.
-std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, std::size_t j) {
+std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, const std::vector<Joint>& joints,
+                                             std::size_t j) {
   if (!isPointOnPin(links[j])) return std::nullopt;
   const std::string itself = "a point mass on its inner pin";
+  std::size_t last = j;  // of the links that turn with it
+  while (last + 1 < links.size() && joints[last + 1].isPrismatic) {
+    if (links[++last].inertia > 0) return std::nullopt;
+  }
+  if (last > j) return itself + ", and no link that slides on it has inertia > 0";
   if (j + 1 == links.size()) return itself + " at the end of the chain";
   if (links[j].pin == Vec2d{}) return itself + ", which is its outer pin too";
 
@@ -52,6 +58,7 @@ std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, std
   // moves in turn, unless the pin is the centre of mass.
   for (std::size_t k = j + 1; k < links.size(); ++k) {
     const Link& link = links[k];
+    if (joints[k].isPrismatic) return link.inertia > 0 ? std::nullopt : std::make_optional(itself);
     if (link.inertia > 0 || isPointOnPin(link)) return std::nullopt;
     if (k + 1 == links.size() || link.pin == link.com) {
       return itself + ", which turns freely when the point masses out to " + link.name + " are in line";
@@ -60,9 +67,11 @@ std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, std
   return std::nullopt;
 }
 
-void requireRegular(std::vector<Fault>& faults, const std::vector<Link>& links, int slides) {
-  for (std::size_t j = index(slides); j < links.size(); ++j) {
-    if (const auto why = motionWithoutMass(links, j)) {
+void requireRegular(std::vector<Fault>& faults, const std::vector<Link>& links,
+                    const std::vector<Joint>& joints) {
+  for (std::size_t j = 0; j < links.size(); ++j) {
+    if (joints[j].isPrismatic) continue;
+    if (const auto why = motionWithoutMass(links, joints, j)) {
       faults.push_back({"links/" + links[j].name,
                         "inertia > 0 kg m² or a centre of mass off the inner pin (otherwise the mass "
                         "matrix is singular)",
@@ -84,9 +93,24 @@ void requireName(std::vector<Fault>& faults, std::set<std::string>& taken, const
 
 }  // namespace
 
-std::vector<Fault> faultsOf(const Link& link, bool slides) {
+Coordinates::Coordinates(const std::vector<Joint>& joints) {
+  int turner = none;
+  for (const Joint& joint : joints) {
+    const int i = size();
+    inner_.push_back(joint.isPrismatic ? none : turner);
+    if (joint.isPrismatic) {
+      anyIsPrismatic_ = true;
+      turner == none ? void(++leading_) : void(anyIsInside_ = true);
+    } else {
+      turner = i;
+    }
+    turner_.push_back(turner);
+  }
+}
+
+std::vector<Fault> faultsOf(const Link& link, bool isPrismatic) {
   std::vector<Fault> faults;
-  (slides ? NumberRule::from(0, "kg") : NumberRule::above(0, "kg")).check(faults, "mass", link.mass);
+  (isPrismatic ? NumberRule::from(0, "kg") : NumberRule::above(0, "kg")).check(faults, "mass", link.mass);
   NumberRule::from(0, "kg m²").check(faults, "inertia", link.inertia);
   requireFinite(faults, "com", link.com, "m");
   requireFinite(faults, "pin", link.pin, "m");
@@ -119,7 +143,7 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity) 
     const std::string path = "links/" + links[i].name;
     requireName(faults, linkNames, path, links[i].name);
     requireName(faults, jointNames, path + "/joint/name", joints[i].name);
-    for (const auto& own : {faultsOf(links[i], joints[i].slides), faultsOf(joints[i])}) {
+    for (const auto& own : {faultsOf(links[i], joints[i].isPrismatic), faultsOf(joints[i])}) {
       for (const Fault& fault : own) {
         faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
         isSound = false;
@@ -128,35 +152,27 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity) 
   }
 
   // The links together.
-  int slides = 0;
-  while (index(slides) < joints.size() && joints[index(slides)].slides) ++slides;
-  if (isSound) requireSlides(links, joints, slides, faults);
-  if (isSound && faults.empty()) requireRegular(faults, links, slides);
+  if (isSound) requirePrismatic(links, joints, faults);
+  if (isSound && faults.empty()) requireRegular(faults, links, joints);
   if (!faults.empty()) throw Refused(std::move(faults));
-  for (int i = 0; i < slides; ++i) {
-    Vec2d& axis = joints[index(i)].axis;
-    axis = 1 / length(axis) * axis;
+  for (Joint& joint : joints) {
+    if (joint.isPrismatic) joint.axis = 1 / length(joint.axis) * joint.axis;
   }
-  std::shared_ptr<const Values> turning;
-  if (slides > 0) {
-    turning = std::make_shared<const Values>(Values{
-        {links.begin() + slides, links.end()}, {joints.begin() + slides, joints.end()}, gravity, 0, nullptr});
-  }
+  Coordinates coordinates(joints);
   values_ = std::make_shared<const Values>(
-      Values{std::move(links), std::move(joints), gravity, slides, std::move(turning)});
+      Values{std::move(links), std::move(joints), gravity, std::move(coordinates)});
 }
 
 double Chain::reach() const {
   double pins = 0, reach = 0;
-  for (std::size_t j = index(slides()); j < links().size(); ++j) {
+  for (std::size_t j = index(coordinates().leading()); j < links().size(); ++j) {
+    const Joint& joint = joints()[j];
+    if (joint.isPrismatic && std::isfinite(joint.lower) && std::isfinite(joint.upper))
+      pins += std::max(std::abs(joint.lower), std::abs(joint.upper));
     reach = std::max({reach, pins + length(links()[j].com), pins + length(links()[j].pin)});
     pins += length(links()[j].pin);
   }
   return reach > 0 ? reach : 1;
-}
-
-Chain Chain::withoutSlides() const {
-  return Chain(slides() > 0 ? values_->turning : values_);
 }
 
 }  // namespace planar_chain

@@ -327,12 +327,17 @@ Raises OSError if the file cannot be read.)")
           "joints", [](const TreeAndScene& self) { return namesOf(self.scene.chain.joints()); },
           "Names of the n joints. Joint i is at the inner pin of link i.")
       .def_property_readonly(
-          "slides", [](const TreeAndScene& self) { return self.scene.chain.slides(); },
-          "The number of joints, from the first on, that slide: their q is in m.")
+          "prismatic",
+          [](const TreeAndScene& self) {
+            std::vector<bool> are;
+            for (const Joint& joint : self.scene.chain.joints()) are.push_back(joint.isPrismatic);
+            return are;
+          },
+          "True for each of the n joints that is prismatic: its q is in m.")
       .def_property_readonly("pins", &pinsOf,
                              "Outer pins in the link frames, n × 2, m. The last one is the tip.")
       .def_property_readonly("effort_limits", &effortLimitsOf,
-                             "Largest commanded torques of the n joints, N m (slides: N); inf: no limit.")
+                             "Largest commanded torques of the n joints, N m (prismatic: N); inf: no limit.")
       .def_property_readonly("state", &stateOf,
                              "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).")
       .def("__repr__", &summaryOf);

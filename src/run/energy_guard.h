@@ -17,7 +17,8 @@
 ///     W_1         1 J or Σ (m ρ² + I)/s², whichever is more: the error control lets works err by so much of
 ///                 the tolerance; 0 without works
 ///
-/// Slides move all bodies by ε R more, R: the chain's reach. So ρ counts R more, and their stiffness R².
+/// Prismatic joints move all bodies by ε R more, R: the chain's reach. So ρ counts R more, and their
+/// stiffness R².
 ///
 /// In addition, a share of the exchanged energy is allowed: a thousand tolerances, or a tenth for methods of
 /// fixed step, which have no tolerance.
@@ -43,16 +44,16 @@ class EnergyCheck {
 
   explicit EnergyCheck(const Scene& scene) : n_(scene.chain.size()) {
     use(scene.integrator);
-    const Coordinates coordinates = scene.chain.coordinates();
+    const Coordinates& coordinates = scene.chain.coordinates();
     const double slid = scene.chain.reach();
-    double pin = coordinates.slides() > 0 ? slid : 0;
+    double pin = coordinates.leading() > 0 ? slid : 0;
     for (int j = 0; j < n_; ++j) {
       const Link& link = scene.chain.links()[index(j)];
       const double reach = pin + length(link.com);
       inertia_ += link.mass * reach * reach + link.inertia;
       weight_ += link.mass * length(scene.chain.gravity()) * reach;
       inertia_ += inertiaIn(scene.chain.joints()[index(j)]);
-      const double unit = coordinates.slides(j) ? slid : 1;
+      const double unit = coordinates.isPrismatic(j) ? slid : 1;
       stiffness_ += unit * unit * stiffnessOf(scene.chain.joints()[index(j)]);
       pin += length(link.pin);
     }

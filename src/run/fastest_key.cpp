@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "effects/effect_kind.h"
-#include "model/slides.h"
+#include "model/prismatic.h"
 
 namespace planar_chain {
 
@@ -44,7 +44,7 @@ std::vector<double> ownInertias(const Chain& chain) {
   for (std::size_t i = inertias.size(); i-- > 0;) {
     const Link& link = chain.links()[i];
     const double r = length(link.com);
-    const double own = chain.joints()[i].slides
+    const double own = chain.joints()[i].isPrismatic
                            ? link.mass
                            : link.mass * r * r + link.inertia + inertiaIn(chain.joints()[i]);
     inertias[i] = inertia = own > 0 ? own : inertia;
@@ -63,7 +63,7 @@ void offerJoints(const Chain& chain, Fastest& fastest) {
           const double value = key.of(joint), rate = value / inertias[i];
           if (value == 0 || inertias[i] == 0) continue;
           fastest.offer(unit == "N m/rad" ? std::sqrt(rate) : rate, key.name, joint.name, value,
-                        joint.slides ? inUnitsOfSlide(unit) : unit);
+                        joint.isPrismatic ? inUnitsOfPrismatic(unit) : unit);
         }
       }
     }

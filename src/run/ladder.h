@@ -76,7 +76,7 @@ class Pace {
 
 /// True if the laws of a held tip leave the reach of the chain soon.
 inline bool leavesReach(const Scene& scene, double t) {
-  if (!scene.tip || scene.tip->line || scene.chain.slides() > 0) return false;
+  if (!scene.tip || scene.tip->line || scene.chain.coordinates().anyIsPrismatic()) return false;
   if (!scene.tip->x.moves() && !scene.tip->y.moves()) return false;
   double reach = 0, longest = 0;
   for (const Link& link : scene.chain.links()) {
@@ -123,7 +123,7 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
   }
   if (std::abs(*most) > fastest) {
     std::snprintf(why, sizeof why, "time cannot resolve %.3g %s in %.50s", *most,
-                  joint.slides ? "m/s²" : "rad/s²", joint.name.c_str());
+                  joint.isPrismatic ? "m/s²" : "rad/s²", joint.name.c_str());
   }
   const bool isLast = outcome == ode::Outcome::stepTooSmall && leavesReach(scene, t);
   if (outcome == ode::Outcome::undetermined || isLast || dynamics.closureMargin(t, y) < stretched)
@@ -136,8 +136,8 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
 /// The error control counts angles up to half a turn.
 constexpr double largestCounted = pi;
 
-/// Rates count as they are. A slide's position counts as its share of the reach, R: its size is at most R. Of
-/// a short chain the rate counts as R + |ṡ|, as its error moves the slide. Works are controlled only where a
+/// Rates count as they are. A displacement counts as its share of the reach, R: its size is at most R. Of
+/// a short chain the rate counts as R + |ṡ|, as its error moves the link. Works are controlled only where a
 /// drive or the base may do work on a chain that does not move. Their unit is the energy of the chain at 1
 /// rad/s, M R²/s², if that is more than 1 J: so a motion in g and mm takes the steps of the same one in kg
 /// and m.
@@ -150,8 +150,11 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dy
                            settings.rateTolerance};
   tolerance.ceiling.head(n) = 1 + largestCounted;
   const double reach = scene.chain.reach();
-  for (const int first : {0, n}) tolerance.unit.segment(first, scene.chain.slides()) = std::min(reach, 1.0);
-  tolerance.ceiling.head(scene.chain.slides()) = reach;
+  for (int i = 0; i < n; ++i) {
+    if (!scene.chain.coordinates().isPrismatic(i)) continue;
+    tolerance.unit[i] = tolerance.unit[n + i] = std::min(reach, 1.0);
+    tolerance.ceiling[i] = reach;
+  }
   double mass = 0;
   for (const Link& link : scene.chain.links()) mass += link.mass;
   tolerance.works = works;

@@ -39,9 +39,9 @@ void Simulation::settle(const std::function<bool()>& keepGoing) {
 
 namespace {
 
-/// The moment of a load on a slide about its centre of mass, N m. Its rail takes it.
-double railMoment(const Load& load, double t, const Chain& chain, double angle) {
-  if (load.link == Load::none || !chain.coordinates().slides(load.link)) return 0;
+/// The moment of a load on a carriage about its centre of mass, N m. The base takes it.
+double carriageMoment(const Load& load, double t, const Chain& chain, double angle) {
+  if (load.link == Load::none || chain.coordinates().turner(load.link) >= 0) return 0;
   const Vec2d arm = Rotation<double>::of(angle) * (load.point - chain.links()[index(load.link)].com);
   return factorAt(load, t) * (load.moment + cross(arm, load.force));
 }
@@ -54,23 +54,27 @@ BaseWrench Simulation::baseWrench() {
   std::vector<double> tau(n), qdd(n, 0.0);
   linkMotions(motions.data());
   jointTorques(tau.data());
-  // Of the first joint that turns, then of what slides, with loads at its centre of mass; then their moments.
-  const std::size_t slides = index(scene_.chain.slides());
-  const double rotor = inertiaIn(scene_.chain.joints()[slides]);
-  if (rotor > 0) accelerations(qdd.data());
-  double torque = rotor * qdd[slides] - tau[slides];
-  Vec2d ground = motions[0].innerPin, force = motions[slides].pinForce;
-  if (slides > 0)
+  // Of the first revolute joint, then of the carriages inside, with loads at the centre of mass; then their
+  // moments.
+  const std::size_t leading = index(scene_.chain.coordinates().leading());
+  Vec2d ground = motions[0].innerPin, force = -1.0 * tipForce();
+  if (leading > 0)
     ground -= q().front() * (Rotation<double>::of(motions[0].angle) * scene_.chain.joints().front().axis);
-  torque -= cross(motions[slides].innerPin - ground, force);
-  for (std::size_t i = slides; i-- > 0;) {
+  double torque = 0;
+  if (leading < n) {
+    const double armature = inertiaIn(scene_.chain.joints()[leading]);
+    if (armature > 0) accelerations(qdd.data());
+    force = motions[leading].pinForce;
+    torque = armature * qdd[leading] - tau[leading] - cross(motions[leading].innerPin - ground, force);
+  }
+  for (std::size_t i = leading; i-- > 0;) {
     torque -= cross(motions[i].com - ground, motions[i].pinForce - force) +
               scene_.chain.links()[i].inertia * motions[i].alpha;
     force = motions[i].pinForce;
   }
-  if (slides > 0) {
+  if (leading > 0) {
     const auto add = [&](const Load& load) {
-      torque += railMoment(load, time(), scene_.chain, motions[0].angle);
+      torque += carriageMoment(load, time(), scene_.chain, motions[0].angle);
     };
     const std::vector<Load> commanded = commands();
     std::for_each(scene_.loads.begin(), scene_.loads.end(), add);

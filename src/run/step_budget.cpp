@@ -57,9 +57,10 @@ std::string StepBudget::reason() const {
                 simulation_.time(), end_, made());
   std::string why = text + joints[fastest].name;
   std::snprintf(text, sizeof text, " is %.3g %s, the %s in ", qd[fastest],
-                joints[fastest].slides ? "m/s" : "rad/s", joints[strongest].slides ? "force" : "torque");
+                joints[fastest].isPrismatic ? "m/s" : "rad/s",
+                joints[strongest].isPrismatic ? "force" : "torque");
   why += text + joints[strongest].name;
-  std::snprintf(text, sizeof text, " %.3g %s; ", tau[strongest], joints[strongest].slides ? "N" : "N m");
+  std::snprintf(text, sizeof text, " %.3g %s; ", tau[strongest], joints[strongest].isPrismatic ? "N" : "N m");
   why += text;
   const double step = (simulation_.time() - begin_) / static_cast<double>(std::max(made(), 1LL));
   why += fastestKey(simulation_.scene(), simulation_.time(), step);

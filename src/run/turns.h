@@ -27,19 +27,22 @@ class Turns {
   /// size: of y.
   Turns(const Scene& scene, int size)
       : coordinates_(scene.chain.coordinates()), turns_(scene.q.size(), 0), carry_(size) {
-    for (const Joint& joint : scene.chain.joints()) isFree_.push_back(!joint.slides && !storesEnergy(joint));
+    for (const Joint& joint : scene.chain.joints())
+      isFree_.push_back(!joint.isPrismatic && !storesEnergy(joint));
     for (const Drive& drive : scene.drives) isFree_[index(drive.joint)] = false;
   }
 
   /// Takes the turns off these relative angles, and writes θ'.
   void take(const std::vector<double>& q, double* theta) {
     any_ = false;
-    const std::size_t slides = index(coordinates_.slides());
-    std::copy_n(q.begin(), slides, theta);
     double sum = 0;
-    for (std::size_t i = slides; i < q.size(); ++i) {
+    for (std::size_t i = 0; i < q.size(); ++i) {
       double rest = q[i];
       turns_[i] = 0;
+      if (coordinates_.isPrismatic(static_cast<int>(i))) {
+        theta[i] = rest;
+        continue;
+      }
       if (isFree_[i] && std::abs(q[i]) > mostAngle) {
         rest = std::atan2(std::sin(q[i]), std::cos(q[i]));
         turns_[i] = static_cast<double>(std::round((q[i] - static_cast<long double>(rest)) / turn));
@@ -63,7 +66,8 @@ class Turns {
 
     f.restore(state.carry.data(), carry_.data());
     double before = 0, taken = 0;  // θ'_{i−1}, and the turns taken off it
-    for (int i = coordinates_.slides(); i < n; ++i) {
+    for (int i = 0; i < n; ++i) {
+      if (coordinates_.isPrismatic(i)) continue;
       const double q = y[i] - before;
       before = y[i];
       if (isDue(i, q)) {

@@ -20,7 +20,7 @@ namespace {
 void noteRounding(Scene& scene) {
   constexpr double rounding = 1e-16, inFixedSteps = 1e-8;
   const std::vector<Link>& links = scene.chain.links();
-  const bool isFree = scene.chain.slides() == 2;
+  const bool isFree = scene.chain.coordinates().leading() == 2;
   if (!isFree && !(scene.tip && scene.tip->rows() == 2)) return;
   const double allowed =
       ode::hasFixedStep(scene.integrator.method) ? inFixedSteps : scene.integrator.tolerance;
@@ -33,7 +33,7 @@ void noteRounding(Scene& scene) {
   }
   double worst = 0, lightest = none;
   const Link* heavy = nullptr;
-  for (std::size_t j = index(scene.chain.slides()); j < links.size(); ++j) {
+  for (std::size_t j = index(scene.chain.coordinates().leading()); j < links.size(); ++j) {
     const double ratio = links[j].mass / std::max(lightest, lightestBehind[j + 1]);
     if (ratio > worst) {
       worst = ratio;
@@ -66,14 +66,14 @@ void noteStopsAtStart(Scene& scene) {
     const double q = scene.q[i], energy = stopKind().energyIn(joint, q);
     if (!(energy > 0)) continue;
     const bool isAbove = q > joint.upper;
-    const char* unit = joint.slides ? "m" : "rad";
+    const char* unit = joint.isPrismatic ? "m" : "rad";
     char text[250];
     std::snprintf(
         text, sizeof text,
         "%s begins at %.6g %s, %s (%.6g %s): its stop releases %.3g J at once (another initial/%s, or "
         "start: rest, avoids this)",
         joint.name.c_str(), q, unit, isAbove ? "above upper" : "below lower",
-        isAbove ? joint.upper : joint.lower, unit, energy, joint.slides ? "position" : "angle");
+        isAbove ? joint.upper : joint.lower, unit, energy, joint.isPrismatic ? "position" : "angle");
     notes.add("links/" + scene.chain.links()[i].name + "/initial", text);
   }
   scene.notes.insert(scene.notes.end(), notes.all().begin(), notes.all().end());

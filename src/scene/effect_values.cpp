@@ -93,7 +93,7 @@ void takeEffects(const Section& in, Joint& joint) {
   }
   if (refused.empty()) return;
   Joint plain{joint.name};
-  plain.slides = joint.slides;
+  plain.isPrismatic = joint.isPrismatic;
   plain.axis = joint.axis;
   joint = plain;
 }

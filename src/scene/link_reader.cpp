@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "scene/joint_types.h"
 #include "scene/settings_reader.h"
-#include "scene/slides_reader.h"
 
 namespace planar_chain {
 
@@ -39,7 +39,7 @@ void takeFreeMotion(const Section& in, bool isInUrdf, Entry& entry) {
 /// Reads `joint` and `initial`.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   if (entry.floats) return takeFreeMotion(in, isInUrdf, entry);
-  const bool slides = entry.joint.slides;
+  const bool slides = entry.joint.isPrismatic;
   std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.insert(keys.end(), {"name", "type"});
   if (!isInUrdf && slides) keys.push_back("axis");
@@ -105,7 +105,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   }
 
   // The body. That of a slide is its mass.
-  const bool slides = entry.joint.slides = type == JointType::prismatic;
+  const bool slides = entry.joint.isPrismatic = type == JointType::prismatic;
   entry.floats = type == JointType::floating;
   const auto pairOf = [&](const char* key) {
     return slides && !in.has(key) ? Vec2d{} : in.uncheckedPair(key);

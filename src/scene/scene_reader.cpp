@@ -14,11 +14,11 @@
 #include "reading/names.h"
 #include "reading/section.h"
 #include "scene/accuracy.h"
+#include "scene/joint_types.h"
 #include "scene/link_reader.h"
 #include "scene/scene_numbers.h"
 #include "scene/sensors_reader.h"
 #include "scene/settings_reader.h"
-#include "scene/slides_reader.h"
 #include "scene/tip_reader.h"
 
 namespace planar_chain {
@@ -43,16 +43,16 @@ struct Expanded {
   bool isOrdered = true;  ///< else there are faults in `chain` or in names, and the links are in any order
 };
 
-/// Adds the two slides below a floating link, which have no names for others.
-void appendFreeSlides(const Entry& entry, Expanded& to) {
+/// Adds the two prismatic joints below a floating link, which have no names for others.
+void appendFreeAxes(const Entry& entry, Expanded& to) {
   to.isFloating = true;
   for (int axis = 0; axis < 2; ++axis) {
-    FreeSlide slide = freeSlide(entry.link.name, entry.joint.name, axis);
-    to.names.joints.emplace(slide.joint.name, static_cast<int>(to.links.size()));
+    FreeAxis free = freeAxis(entry.link.name, entry.joint.name, axis);
+    to.names.joints.emplace(free.joint.name, static_cast<int>(to.links.size()));
     to.names.com.push_back({});
-    to.entryOf.emplace(slide.link.name, entry.link.name);
-    to.links.push_back(std::move(slide.link));
-    to.joints.push_back(std::move(slide.joint));
+    to.entryOf.emplace(free.link.name, entry.link.name);
+    to.links.push_back(std::move(free.link));
+    to.joints.push_back(std::move(free.joint));
     to.q.push_back(axis == 0 ? entry.place.x : entry.place.y);
     to.qd.push_back(axis == 0 ? entry.placeRate.x : entry.placeRate.y);
   }
@@ -60,7 +60,7 @@ void appendFreeSlides(const Entry& entry, Expanded& to) {
 
 /// Adds the links of an entry, numbered if there are several.
 void append(const Entry& entry, Expanded& to) {
-  if (entry.floats) appendFreeSlides(entry, to);
+  if (entry.floats) appendFreeAxes(entry, to);
   for (int i = 1; i <= entry.repeat; ++i) {
     const std::string suffix = entry.repeat > 1 ? "_" + std::to_string(i) : "";
     Link link = entry.link;
@@ -90,7 +90,7 @@ void noteDegrees(const Section& links, const Entry& entry, std::vector<Note>& no
                                    {"/joint/lower", joint.lower},
                                    {"/joint/upper", joint.upper}}) {
     const double turns = std::abs(angle) / (2 * pi);
-    if (joint.slides || !(turns > most && std::isfinite(turns))) continue;
+    if (joint.isPrismatic || !(turns > most && std::isfinite(turns))) continue;
     std::array<char, 80> text{};
     std::snprintf(text.data(), text.size(), "%g rad are %.3g turns (angles are in rad, not in degrees)",
                   angle, turns);
@@ -215,7 +215,7 @@ void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints)
     S += p * M + link.mass * r;
     M += link.mass;
     Joint& joint = joints[i];
-    const double inertia = joint.slides ? M : J;
+    const double inertia = joint.isPrismatic ? M : J;
     if (joint.isLimited() && joint.stopStiffness == 0)
       joint.stopStiffness = inertia > 0 ? inertia / (tau * tau) : 1;
   }
@@ -346,7 +346,8 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   const long long seed = readSeed(top);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
-  if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, expanded->isFloating, loads);
+  if (chain && chain->coordinates().leading() > 0)
+    refuseBesideTypes(top, *chain, expanded->isFloating, loads);
   std::optional<TipLaws> tip = chain ? takeTip(top, *chain, expanded->drives) : takeTip(top);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);

@@ -88,18 +88,18 @@ void requireSeries(const Scene& scene, const Section& top) {
     top.section("integrator")
         .fault("method", "another method than taylor, as there is no Taylor series " + of, quoted("taylor"));
   };
-  const bool slides = scene.chain.slides() > 0;
+  const bool isMixed = scene.chain.coordinates().anyIsPrismatic();
   if (!MotionSeries::areFor(scene.chain)) refuse("of a prismatic link but with one revolute link alone");
   for (const EffectKind* kind : effectKinds()) {
     const std::unique_ptr<Effect> effect = kind->make(scene);
     if (!effect) continue;
-    const bool couples = effect->coupler() ? slides || !effect->coupler()->holdsTip()
+    const bool couples = effect->coupler() ? isMixed || !effect->coupler()->holdsTip()
                                            : effect->forces() && effect->forces()->dependOnMotion();
-    if (effect->hasSeries() && !(couples && (slides || scene.tip))) continue;
+    if (effect->hasSeries() && !(couples && (isMixed || scene.tip))) continue;
     SceneWords words;
     kind->summarize(scene, words);
     const std::string name = words.runs.empty() ? "what acts" : words.runs.back();
-    const char* beside = slides ? " beside a prismatic link" : " beside a held tip";
+    const char* beside = isMixed ? " beside a prismatic link" : " beside a held tip";
     refuse("with " + name + (effect->hasSeries() ? beside : ""));
   }
 }

@@ -8,7 +8,7 @@
 #include "dynamics/closed_state.h"
 #include "dynamics/given_state.h"
 #include "effects/stick_slip.h"
-#include "model/slides.h"
+#include "model/prismatic.h"
 #include "scene/settings_reader.h"
 
 namespace planar_chain {

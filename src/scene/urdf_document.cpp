@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "model/slides.h"
+#include "model/prismatic.h"
 #include "reading/section.h"
 #include "scene/urdf_element.h"
 #include "scene/urdf_foreign.h"
@@ -107,13 +107,13 @@ Eigen::Vector3d axisOf(const Element& axis) {
 /// Reads lower and upper. Without both, the joint moves freely.
 void readRange(const Element& element, const Element& limit, const std::string& child, UrdfJoint& joint) {
   if (!limit.attribute("lower") && !limit.attribute("upper")) {
-    element.note(joint.slides
+    element.note(joint.isPrismatic
                      ? "a prismatic joint without lower and upper: slides freely"
                      : "a revolute joint without lower and upper: turns freely, as a continuous one");
     return;
   }
   // Some exporters write [0, 0] for unknown limits.
-  const std::string unit = joint.slides ? "m" : "rad", entry = "links/" + onOneLine(child) + "/joint";
+  const std::string unit = joint.isPrismatic ? "m" : "rad", entry = "links/" + onOneLine(child) + "/joint";
   const std::string wayOut = unit + ", the lower limit (or else a scene beside the URDF, with " + entry +
                              ": {limits: none}, or {lower: …, upper: …})";
   const NumberRule any = NumberRule::any(unit);
@@ -128,7 +128,9 @@ void readRange(const Element& element, const Element& limit, const std::string& 
 /// they are 0, and [0, 1] rad or m.
 void readMotion(const Element& element, bool isLimited, const std::string& child, UrdfJoint& joint) {
   const std::size_t before = element.faults();
-  const auto unit = [&](const char* ofAngle) { return joint.slides ? inUnitsOfSlide(ofAngle) : ofAngle; };
+  const auto unit = [&](const char* ofAngle) {
+    return joint.isPrismatic ? inUnitsOfPrismatic(ofAngle) : ofAngle;
+  };
   const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
   joint.damping = dynamics.number("damping", NumberRule::coefficient(unit("N m s/rad")), 0);
   const Element limit = element.only("limit").of({}, {"lower", "upper", "effort", "velocity"});
@@ -166,10 +168,10 @@ void readFreeMotion(const Element& element) {
 /// Reads the type of the joint.
 void readType(const Element& element, UrdfJoint& joint) {
   const std::string type = element.attribute("type") ? element.attribute("type") : "";
-  joint.slides = type == "prismatic";
+  joint.isPrismatic = type == "prismatic";
   joint.isFree = type == "planar" || type == "floating";
   joint.moves = type != "fixed";
-  joint.hasNormal = joint.moves && !joint.slides && type != "floating";
+  joint.hasNormal = joint.moves && !joint.isPrismatic && type != "floating";
   if (joint.hasNormal && !joint.isFree && type != "revolute" && type != "continuous") {
     element.fault("type", "revolute, continuous, prismatic, planar, floating or fixed");
   }
@@ -187,7 +189,7 @@ void readJoint(const Element& element, const Indices& links, const std::set<std:
   const std::size_t before = element.faults();
   readType(element, joint);
   joint.origin = poseOf(element.only("origin"));
-  if (joint.hasNormal || joint.slides) joint.along = axisOf(element.only("axis"));
+  if (joint.hasNormal || joint.isPrismatic) joint.along = axisOf(element.only("axis"));
   document.hasPoses &= element.faults() == before;
 
   const std::string child = end.attribute("link") ? end.attribute("link") : "";
@@ -195,7 +197,7 @@ void readJoint(const Element& element, const Indices& links, const std::set<std:
       element.attribute("type") && std::strcmp(element.attribute("type"), "continuous") == 0;
   if (joint.isFree) {
     readFreeMotion(element);
-  } else if (joint.hasNormal || joint.slides) {
+  } else if (joint.hasNormal || joint.isPrismatic) {
     readMotion(element, !isContinuous && limitedElsewhere.count(child) == 0, child, joint);
   }
   const Element mimic = element.only("mimic");

@@ -7,7 +7,7 @@
 
 #include "planar_chain/value.h"
 #include "reading/section.h"
-#include "scene/slides_reader.h"
+#include "scene/joint_types.h"
 #include "scene/urdf_document.h"
 
 namespace planar_chain {
@@ -229,7 +229,7 @@ void requireInPlane(const UrdfJoint& joint, const Vector3d& axis, const Plane& p
                     std::vector<Fault>& faults) {
   const std::string path = urdfPath("joint", joint.name) + "/axis";
   const auto angle = [&] { return "an angle of " + toText(std::acos(plane.k.dot(axis))) + " rad"; };
-  if (joint.slides) {
+  if (joint.isPrismatic) {
     if (std::abs(plane.k.dot(axis)) > parallel) {
       faults.push_back({path,
                         "an axis at right angles to those of the joints that turn, as the chain moves in a "
@@ -257,7 +257,7 @@ void checkBranches(const UrdfDocument& document, const Plane& plane, std::vector
     if (document.hasPoses) requireInPlane(*joint, pose.linear() * joint->along, plane, faults);
     requireName("joint", joint->name, faults);
     const Body body = bodyFrom(document, joint->child, pose.linear(), branches);
-    linkOf(body, joint->slides, plane, document.hasPoses, faults);
+    linkOf(body, joint->isPrismatic, plane, document.hasPoses, faults);
     if (body.next) open.push_back({body.next, body.nextPose});
     open.insert(open.end(), body.branches.begin(), body.branches.end());
   }
@@ -265,36 +265,22 @@ void checkBranches(const UrdfDocument& document, const Plane& plane, std::vector
 
 // ---- The chain -------------------------------------------------------------------------------
 
-/// True if the joint may be the next one of the chain. Only its first joints slide or are free.
-bool isInFront(const UrdfJoint& joint, const PlanarRobot& robot, std::vector<Fault>& faults) {
-  const std::size_t before = robot.joints.size();
-  const bool isBehindSlides = !robot.floats && std::all_of(robot.joints.begin(), robot.joints.end(),
-                                                           [](const Joint& o) { return o.slides; });
-  const char* expected = nullptr;
-  if (joint.slides && (before >= 2 || !isBehindSlides)) {
-    expected = "prismatic of the first joint only, or of the first two (make it fixed)";
-  } else if (joint.isFree && before > 0) {
-    expected = "planar and floating of the first joint only (make it fixed)";
-  }
-  if (!expected) return true;
-  faults.push_back(
-      {urdfPath("joint", joint.name) + "/type", expected, joint.slides ? "prismatic" : "another one"});
-  return false;
-}
-
-/// Adds a body and the joint that carries it. A free one has two slides without mass below it.
+/// Adds a body and the joint that carries it. A free one has two prismatic joints without mass below it.
 void append(const UrdfJoint& joint, const Vector3d& axis, const Plane& plane, Link link,
             std::vector<Fault>& faults, PlanarRobot& robot) {
   Joint own = joint;
-  own.slides &= isInFront(joint, robot, faults);
-  const Vec2d rail = plane(axis);
-  if (own.slides && length(rail) > parallel) own.axis = rail;
+  const Vec2d along = plane(axis);
+  if (own.isPrismatic && length(along) > parallel) own.axis = along;
+  if (joint.isFree && !robot.joints.empty()) {
+    faults.push_back({urdfPath("joint", joint.name) + "/type",
+                      "planar and floating of the first joint only (make it fixed)", "another one"});
+  }
   if (joint.isFree && robot.joints.empty()) {
     robot.floats = true;
     for (const int each : {0, 1}) {
-      FreeSlide slide = freeSlide(link.name, joint.name, each);
-      robot.links.push_back(std::move(slide.link));
-      robot.joints.push_back(std::move(slide.joint));
+      FreeAxis free = freeAxis(link.name, joint.name, each);
+      robot.links.push_back(std::move(free.link));
+      robot.joints.push_back(std::move(free.joint));
       robot.appearance.visuals.emplace_back();
     }
   }
@@ -351,7 +337,8 @@ std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>
     if (document.hasPoses) requireInPlane(joint, axis, plane, faults);
     requireName("joint", joint.name, faults);
     const Body& body = bodies[i + 1];
-    append(joint, axis, plane, linkOf(body, joint.slides, plane, document.hasPoses, faults), faults, robot);
+    append(joint, axis, plane, linkOf(body, joint.isPrismatic, plane, document.hasPoses, faults), faults,
+           robot);
     visuals.push_back(visualsOf(body, plane, Vector3d::Zero(), depth));
   }
   for (const Body& body : bodies) behind.insert(behind.end(), body.branches.begin(), body.branches.end());

@@ -150,7 +150,7 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
     const Link& link = chain.links()[i];
     const Joint& joint = chain.joints()[i];
     Json ofJoint{{"name", joint.name}};
-    if (joint.slides) {
+    if (joint.isPrismatic) {
       ofJoint["type"] = "prismatic";
       ofJoint["axis"] = {joint.axis.x, joint.axis.y};
     }

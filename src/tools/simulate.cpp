@@ -98,7 +98,7 @@ void writeState(std::FILE* out, const Simulation& simulation) {
   std::size_t width = 0;
   for (std::size_t i = 0; i < most; ++i) width = std::max(width, joints[i].name.size());
   for (std::size_t i = 0; i < most; ++i) {
-    const char* unit = joints[i].slides ? "m" : "rad";
+    const char* unit = joints[i].isPrismatic ? "m" : "rad";
     std::fprintf(out, "  %-*s  q = %12.6g %s  qd = %12.6g %s/s\n", static_cast<int>(width),
                  joints[i].name.c_str(), simulation.q()[i], unit, simulation.qd()[i], unit);
   }

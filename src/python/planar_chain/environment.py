@@ -81,7 +81,7 @@ class Environment(Env):
                              f"{{{self.scene.joints[-1]!r}: 5.0}}, got {motors!r}")
         for k, (joint, most) in enumerate(zip(self.scene.joints, self.scene.effort_limits)):
             if motors.get(joint, 0) > most:
-                raise ValueError(f"motors: expected at most the effort_limit of {joint}, {most:g} {'N' if k < self.scene.slides else 'N m'}, "
+                raise ValueError(f"motors: expected at most the effort_limit of {joint}, {most:g} {'N' if self.scene.prismatic[k] else 'N m'}, "
                                  f"got {motors[joint]!r}")
         if not (is_number(period) and 0 < period < np.inf and is_number(longest) and longest >= 1):
             raise ValueError(f"expected period > 0 s and longest >= 1 step, got {period!r} and {longest!r}")
@@ -92,7 +92,9 @@ class Environment(Env):
         self._places = [self.scene.joints.index(joint) for joint in motors]
         self._most = np.array(list(motors.values()), dtype=float)
         self._hold(self._most)  # refuses driven joints
-        n, slides = len(self.scene), self.scene.slides
+        n = len(self.scene)
+        self._slides = np.array(self.scene.prismatic)
+        slides = np.count_nonzero(self._slides)
         self.action_space = Box([-1.0] * len(motors), [1.0] * len(motors))
         largest = np.array([np.inf] * slides + [1.0] * 2 * (n - slides) + [np.inf] * n)
         self.observation_space = Box(-largest, largest)
@@ -118,8 +120,8 @@ class Environment(Env):
         return False
 
     def observation(self, q, qd):
-        slides = self.scene.slides
-        return np.concatenate([q[:slides], np.sin(q[slides:]), np.cos(q[slides:]), qd])
+        angles = q[~self._slides]
+        return np.concatenate([q[self._slides], np.sin(angles), np.cos(angles), qd])
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed, options=options)

@@ -20,7 +20,7 @@ inline std::unique_ptr<btMultiBody> bodyOf(const Chain& chain) {
     const btVector3 com(link.com.x, link.com.y, 0), pin(link.pin.x, link.pin.y, 0);
     const btVector3 inertia(link.inertia, link.inertia, link.inertia);
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
-    if (joint.slides) {
+    if (joint.isPrismatic) {
       body->setupPrismatic(i, link.mass, inertia, i - 1, btQuaternion::getIdentity(),
                            btVector3(joint.axis.x, joint.axis.y, 0), pinFromComBefore, com, true);
     } else {

@@ -25,9 +25,9 @@ std::string bodiesOf(const Chain& chain, int first) {
     const Link& link = chain.links()[static_cast<std::size_t>(i)];
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     const Vec2d at = i > 0 ? chain.links()[static_cast<std::size_t>(i - 1)].pin : Vec2d{};
-    const double inertia = joint.slides ? 1 : link.inertia;  // a slide does not turn; it must have some
+    const double inertia = joint.isPrismatic ? 1 : link.inertia;  // a slide does not turn; it must have some
     xml << "<body name='" << i << "' pos='" << at.x << ' ' << at.y << " 0'><joint ";
-    if (joint.slides) {
+    if (joint.isPrismatic) {
       xml << "type='slide' axis='" << joint.axis.x << ' ' << joint.axis.y << " 0";
     } else {
       xml << "type='hinge' axis='0 0 1";

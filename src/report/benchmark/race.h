@@ -57,7 +57,7 @@ inline bool hasSprings(const Scene& scene) {
 
 /// The first link hangs on a fixed pin, and the tip is free.
 inline bool isPinned(const Scene& scene) {
-  return scene.chain.slides() == 0 && !scene.tip;
+  return scene.chain.coordinates().leading() == 0 && !scene.tip;
 }
 
 /// The tip is free, or held at a point that stands still.
@@ -72,7 +72,7 @@ inline Vec2d tipPlace(const Scene& scene) {
 /// Bodies that turn without inertia about their centres of mass.
 inline bool hasPoints(const Scene& scene) {
   const auto& links = scene.chain.links();
-  return std::any_of(links.begin() + scene.chain.slides(), links.end(),
+  return std::any_of(links.begin() + scene.chain.coordinates().leading(), links.end(),
                      [](const Link& link) { return link.inertia == 0; });
 }
 

@@ -54,7 +54,7 @@ class CartPoleByHand {
   }
   static bool takes(const Scene& scene) {
     const Chain& chain = scene.chain;
-    return chain.slides() == 1 && chain.size() == 2 && chain.joints()[0].axis.y == 0 &&
+    return chain.coordinates().leading() == 1 && chain.size() == 2 && chain.joints()[0].axis.y == 0 &&
            chain.joints()[0].axis.x > 0 && chain.links()[1].com.y == 0 && chain.gravity().x == 0;
   }
   int size() const { return 4; }

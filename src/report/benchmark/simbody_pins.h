@@ -20,7 +20,7 @@ class SimbodyPins {
     const SimTK::Body::Rigid rigid(
         SimTK::MassProperties(link.mass, SimTK::Vec3(0), SimTK::Inertia(link.inertia)));
     SimTK::MobilizedBody body;
-    if (joint.slides) {
+    if (joint.isPrismatic) {
       const SimTK::Rotation rail(std::atan2(joint.axis.y, joint.axis.x), SimTK::ZAxis);
       body = SimTK::MobilizedBody::Slider(matter_.updMobilizedBody(before_), {rail, pinBefore_}, rigid,
                                           {rail, -com});

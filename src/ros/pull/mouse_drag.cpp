@@ -217,7 +217,7 @@ class MouseDrag {
     const auto n = static_cast<std::size_t>(scene_.chain.size());
     if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
     root_ = {};
-    for (int i = 0; i < scene_.chain.slides(); ++i)
+    for (int i = 0; i < scene_.chain.coordinates().leading(); ++i)
       root_ += state.position[index(i)] * scene_.chain.joints()[index(i)].axis + linkAt(i).pin;
     follow(pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point),
            state.header.stamp);
@@ -227,13 +227,23 @@ class MouseDrag {
     const auto n = static_cast<std::size_t>(scene_.chain.size());
     if (!grip_ || state.pose.size() != n || state.velocity.size() != n) return;
     angles_.clear();
-    for (const geometry_msgs::Pose2D& pose : state.pose) angles_.push_back(pose.theta);
-    const int first = scene_.chain.slides();
-    const geometry_msgs::Pose2D &pose = state.pose[index(grip_->link)], &root = state.pose[index(first)];
-    root_ = Vec2d{root.x, root.y} - Rotation<double>::of(root.theta) * linkAt(first).com;
+    displacements_.assign(n, 0);
+    Vec2d pin;  // the outer one of the link inside; the first displacement moves no point against another
+    for (int i = 0; i < scene_.chain.size(); ++i) {
+      const geometry_msgs::Pose2D& pose = state.pose[index(i)];
+      const auto turn = Rotation<double>::of(pose.theta);
+      const Joint& joint = scene_.chain.joints()[index(i)];
+      const Vec2d own = Vec2d{pose.x, pose.y} - turn * linkAt(i).com;
+      if (i > 0 && joint.isPrismatic) displacements_[index(i)] = dot(own - pin, turn * joint.axis);
+      if (i == scene_.chain.coordinates().leading()) root_ = own;
+      angles_.push_back(pose.theta);
+      pin = own + turn * linkAt(i).pin;
+    }
+    const geometry_msgs::Pose2D& pose = state.pose[index(grip_->link)];
     const geometry_msgs::Twist& rate = state.velocity[index(grip_->link)];
     const CentreMotion centre{{pose.x, pose.y}, {rate.linear.x, rate.linear.y}, rate.angular.z};
-    follow(pull_.motionOf(angles_.data(), centre, grip_->link, grip_->point), state.header.stamp);
+    follow(pull_.motionOf(angles_.data(), displacements_.data(), centre, grip_->link, grip_->point),
+           state.header.stamp);
   }
 
   void follow(const PointMotion& point, ros::Time stamp) {
@@ -287,7 +297,8 @@ class MouseDrag {
   Frames frames_;
   Drawing drawing_;
   Pull pull_;
-  std::vector<double> angles_;  ///< of all links, rad
+  std::vector<double> angles_;         ///< of all links, rad
+  std::vector<double> displacements_;  ///< of prismatic joints, m
   Vec2d root_;                  ///< the inner pin of the first link that turns, base frame, m
   int stride_;                  ///< ticks from one force to the next
   double duration_;             ///< the same in s

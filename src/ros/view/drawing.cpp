@@ -51,7 +51,7 @@ class Writer {
     line("<link name='", frames_.pin, "'>");
     if (!hasOwnShapes()) line(scene_.appearance.visuals[0]);
     if (hasOwnShapes() && !floats(chain_))
-      chain_.slides() > 0 ? rail({}, chain_.joints()[0].axis, railOf(scene_, 0, drawing_.reach)) : ground({});
+      chain_.coordinates().leading() > 0 ? rail({}, chain_.joints()[0].axis, railOf(scene_, 0, drawing_.reach)) : ground({});
     if (!scene_.base) tip();
     line("</link>");
     for (int i = 0; i < links; ++i) {
@@ -129,7 +129,7 @@ class Writer {
   void shape(int i) {
     const Link& body = chain_.links()[index(i)];
     const double w = drawing_.bar;
-    if (i < chain_.slides()) return floats(chain_) ? void() : carriage(i);
+    if (i < chain_.coordinates().leading()) return floats(chain_) ? void() : carriage(i);
 
     // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
@@ -176,7 +176,7 @@ class Writer {
   void joint(int i) {
     const Joint& own = chain_.joints()[index(i)];
     line("<joint name='", own.name, "' type='",
-         own.slides        ? "prismatic"
+         own.isPrismatic   ? "prismatic"
          : own.isLimited() ? "revolute"
                            : "continuous",
          "'>");
@@ -184,9 +184,9 @@ class Writer {
          frames_.links[index(i)], "'/><origin xyz='", i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin,
          "' rpy='0 0 0'/>");
     add("<axis xyz='");
-    own.slides ? add(own.axis) : add("0 0 1");
+    own.isPrismatic ? add(own.axis) : add("0 0 1");
     line("'/>", dynamicsOf(own));
-    if (own.slides || own.isLimited() || own.has("effort_limit") || own.has("velocity_limit")) {
+    if (own.isPrismatic || own.isLimited() || own.has("effort_limit") || own.has("velocity_limit")) {
       // URDF requires all four limits. Those that the scene does not set are never reached.
       const auto limit = [&](const char* key) { return own.has(key) ? own.other(key) : noLimit; };
       line("<limit lower='", std::fmax(own.lower, -noLimit), "' upper='", std::fmin(own.upper, noLimit),
@@ -232,7 +232,7 @@ Drawing::Drawing(const Scene& scene) : Extent(scene) {
   for (int i = 0; i < scene.chain.size(); ++i) {
     const Link& link = scene.chain.links()[index(i)];
     const double size = std::fmax(length(link.pin), length(link.com));
-    if (i >= scene.chain.slides() && size > 0) shortest = std::fmin(shortest, size);
+    if (i >= scene.chain.coordinates().leading() && size > 0) shortest = std::fmin(shortest, size);
     mass += link.mass;
   }
   unit = reach / std::min(scene.chain.size(), fewLinks);
@@ -240,7 +240,7 @@ Drawing::Drawing(const Scene& scene) : Extent(scene) {
   force = mass * length(scene.chain.gravity());
   if (force == 0) {
     for (const Load& load : scene.loads) {
-      const bool pushes = load.joint != Load::none && scene.chain.joints()[index(load.joint)].slides;
+      const bool pushes = load.joint != Load::none && scene.chain.joints()[index(load.joint)].isPrismatic;
       force = std::max({force, length(load.force), std::fabs(load.moment) / reach,
                         std::fabs(load.torque) / (pushes ? 1 : reach)});
     }
@@ -265,7 +265,7 @@ double Drawing::push(double f) const {
 }
 
 bool floats(const Chain& chain) {
-  return chain.slides() == 2 && chain.links()[0].mass == 0 && chain.links()[1].mass == 0;
+  return chain.coordinates().leading() == 2 && chain.links()[0].mass == 0 && chain.links()[1].mass == 0;
 }
 
 const Paint& paintOf(int link) {
@@ -319,7 +319,8 @@ std::vector<std::string> notInUrdf(const Scene& scene) {
   }
   for (const auto& other : scene.others) keys.insert(other.first);
   for (int i = 0; i < scene.chain.size(); ++i) {
-    add(scene.q[index(i)] != 0, i < scene.chain.slides() ? "initial/position" : "initial/angle");
+    add(scene.q[index(i)] != 0,
+        i < scene.chain.coordinates().leading() ? "initial/position" : "initial/angle");
     add(scene.qd[index(i)] != 0, "initial/velocity");
   }
   add(!(scene.chain.gravity() == Vec2d{0, -9.81}), "gravity");

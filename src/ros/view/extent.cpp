@@ -40,7 +40,7 @@ Box rootOf(const Scene& scene, double reach) {
     box = {{x.from, y.from}, {x.to, y.to}};
   }
   const Range turns = scene.base ? rangeOf(scene.base->angle) : Range{0, 0};
-  for (int i = 0; i < scene.chain.slides() && !floats(scene.chain); ++i) {
+  for (int i = 0; i < scene.chain.coordinates().leading() && !floats(scene.chain); ++i) {
     const Range rail = railOf(scene, i, reach);
     const Vec2d axis = scene.chain.joints()[index(i)].axis;
     if (turns.from == 0 && turns.to == 0) {
@@ -60,7 +60,7 @@ Box rootOf(const Scene& scene, double reach) {
 /// The largest initial height of a pin above the first pin of a link that turns, m.
 double highest(const Scene& scene) {
   double angle = 0, height = 0, most = 0;
-  for (std::size_t i = index(scene.chain.slides()); i < scene.q.size(); ++i) {
+  for (std::size_t i = index(scene.chain.coordinates().leading()); i < scene.q.size(); ++i) {
     const Vec2d pin = scene.chain.links()[i].pin;
     angle += scene.q[i];
     height += std::sin(angle) * pin.x + std::cos(angle) * pin.y;
@@ -97,7 +97,7 @@ Extent::Extent(const Scene& scene) {
   if (reach == 0) reach = 1;
   // The way from the ground pin over any pin to the tip is at most as long as the chain.
   const bool isPinned =
-      scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base && scene.chain.slides() == 0;
+      scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base && scene.chain.coordinates().leading() == 0;
   if (isPinned) middle = 0.5 * Vec2d{scene.tip->x.at(0).value, scene.tip->y.at(0).value};
   span = isPinned ? reach / 2 : reach;
 

@@ -100,7 +100,7 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
     transform->transform.rotation.w = std::cos(angle / 2);
     ++transform;
   };
-  const int slides = simulation_.scene().chain.slides();
+  const int slides = simulation_.scene().chain.coordinates().leading();
   // The base's frame does not move. That of its pin does.
   if (simulation_.scene().base) {
     simulation_.linkMotions(motions_.data());

@@ -51,7 +51,7 @@ Colour colourOf(int link) {
 
 /// The link that rviz follows (src/tools/show.py): the last slide of a chain that nothing holds.
 int linkOfView(const Scene& scene, const Frames& frames) {
-  const int moving = scene.chain.slides() - 1;
+  const int moving = scene.chain.coordinates().leading() - 1;
   return floats(scene.chain) && frames.has(moving) ? moving : Sketch::base;
 }
 
@@ -110,7 +110,7 @@ Sketch& Views::inside(Sketch& sketch, int joint) const {
   const auto [pin, turn] = poseOf(0);
   const double q = simulation_.q()[0];
   const Joint& first = chain_.joints()[0];
-  return sketch.on(Sketch::base, first.slides ? Pose{pin - turn * (q * first.axis), turn}
+  return sketch.on(Sketch::base, first.isPrismatic ? Pose{pin - turn * (q * first.axis), turn}
                                               : Pose{pin, Rotation<double>::of(motions_[0].angle - q)});
 }
 
@@ -129,7 +129,7 @@ void Views::forLoads(Act act) const {
 void Views::drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const Colour& paint) {
   if (length(force) <= leastDrawn * drawing_.force) return;
   const auto [origin, turn] = poseOf(link);
-  const Vec2d root = motions_[index(chain_.slides())].innerPin;
+  const Vec2d root = motions_[index(chain_.coordinates().leading())].innerPin;
   const Vec2d arrow = drawing_.arrow(force, origin + turn * point - root);
   const Rotation<double> toLink{turn.c, -turn.s};
   on(sketch, link).arrow(point, point + toLink * arrow, arrowWidth * drawing_.bar, paint);
@@ -146,7 +146,7 @@ void Views::drawTurn(Sketch& sketch, int link, Vec2d centre, double torque, cons
 /// What acts in a joint: an arc, or along a rail an arrow that begins at the carriage.
 void Views::drawInJoint(Sketch& sketch, int joint, double torque, const Colour& paint) {
   const Joint& own = chain_.joints()[index(joint)];
-  if (!own.slides) return drawTurn(sketch, joint, {}, torque, paint);
+  if (!own.isPrismatic) return drawTurn(sketch, joint, {}, torque, paint);
   if (std::fabs(torque) < leastDrawn * drawing_.force) return;
   const Vec2d along = std::copysign(1, torque) * own.axis;
   const double bar = drawing_.bar, from = carriageLength / 2 * bar;
@@ -209,7 +209,7 @@ void Views::drawSprings(Sketch& sketch) {
   for (int i = 0; i < chain_.size(); i += stride_) {
     const Joint& joint = chain_.joints()[index(i)];
     if (!hasSymbol(joint, Symbol::coil)) continue;
-    const double share = std::fabs(tau[i]) / (joint.slides ? drawing_.force : drawing_.torque);
+    const double share = std::fabs(tau[i]) / (joint.isPrismatic ? drawing_.force : drawing_.torque);
     on(sketch, i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
                        coilWidth * drawing_.bar, heat(share));
   }
@@ -223,16 +223,16 @@ void Views::drawLimits(Sketch& sketch) {
     if (!joint.isLimited()) continue;
     const Vec2d pin = chain_.links()[index(i)].pin;
     const Vec2d body = length(pin) > 0 ? pin : chain_.links()[index(i)].com;
-    const double zero = joint.slides ? 0 : std::atan2(body.y, body.x);
+    const double zero = joint.isPrismatic ? 0 : std::atan2(body.y, body.x);
     for (const double limit : {joint.lower, joint.upper}) {
       if (!std::isfinite(limit)) continue;
-      const Vec2d along = joint.slides ? joint.axis : Rotation<double>::of(zero + limit) * Vec2d{1, 0};
-      const Vec2d mark = joint.slides ? railMark / 2 * bar * perp(along) : limitRadius * bar * along;
-      const Vec2d place = joint.slides ? limit * along : Vec2d{};
-      inside(sketch, i).band(place + (joint.slides ? -1 : limitInner / limitRadius) * mark, place + mark,
+      const Vec2d along = joint.isPrismatic ? joint.axis : Rotation<double>::of(zero + limit) * Vec2d{1, 0};
+      const Vec2d mark = joint.isPrismatic ? railMark / 2 * bar * perp(along) : limitRadius * bar * along;
+      const Vec2d place = joint.isPrismatic ? limit * along : Vec2d{};
+      inside(sketch, i).band(place + (joint.isPrismatic ? -1 : limitInner / limitRadius) * mark, place + mark,
                              limitWidth * bar, limitWidth * bar, yellow);
     }
-    if (joint.slides || !std::isfinite(joint.upper - joint.lower)) continue;
+    if (joint.isPrismatic || !std::isfinite(joint.upper - joint.lower)) continue;
     const double sweep = std::fmin(joint.upper - joint.lower, 2 * pi);
     inside(sketch, i).sector({}, limitRadius * bar, zero + joint.lower, sweep, paleYellow);
   }

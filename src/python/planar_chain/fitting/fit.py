@@ -63,7 +63,7 @@ class Fit:
 
     def __init__(self, scene, problem, solution):
         self.joints = problem.joints
-        self.units = ["m"] * scene.slides + ["rad"] * (len(self.joints) - scene.slides)
+        self.units = ["m" if slides else "rad" for slides in scene.prismatic]
         samples = solution.samples
         self.converged, self.interrupted, self.reason = not solution.reason, solution.interrupted, solution.reason
         self.runs, self.evaluations = problem.runs, solution.calls
@@ -163,7 +163,7 @@ def recordings_of(data, scene, least, effort=False, node=None, many_turns=False,
                 raise BadFit(f"recording {k + 1}: expected each recording once, got the times and angles of recording {same + 1}")
         if not many_turns and not is_bag(one):  # joint_states are in rad
             for recording in read:
-                require_radians(recording, joints, scene.slides)
+                require_radians(recording, joints, scene.prismatic)
         recordings += read
     recordings = long_enough([recording.without_rest() for recording in recordings], least)
     if pieces is not None:

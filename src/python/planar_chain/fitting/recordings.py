@@ -169,8 +169,8 @@ def require_samples(name, t, arrays, joints):
         raise BadFit(f"{name}: expected at least {LEAST_SAMPLES} samples, got {len(t)}")
 
 
-def require_radians(recording, joints, slides):
-    for joint, values in list(zip(joints, recording.q.T))[slides:]:
+def require_radians(recording, joints, prismatic):
+    for joint, values in ((joint, values) for joint, values, slides in zip(joints, recording.q.T, prismatic) if not slides):
         most = abs(values[np.isfinite(values)]).max(initial=0.0)
         if most > MOST_ANGLE:
             raise BadFit(f"{recording.name}: expected angles in rad, got {most:g} in {joint}, which looks like degrees "

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Requirements on the slides of a chain, and the units of their joints.
+/// Requirements on the prismatic joints of a chain, and their units.
 
 #include <string>
 #include <vector>
@@ -8,8 +8,6 @@
 #include "planar_chain/chain.h"
 
 namespace planar_chain {
-
-constexpr int mostSlides = 2;
 
 /// True if a vector has a direction: products of two such are numbers of full precision, neither 0 nor
 /// infinite.
@@ -19,11 +17,11 @@ inline bool isDirection(Vec2d a) {
 }
 constexpr const char* directionInWords = "a direction [x, y] of a length from 1e-100 to 1e100";
 
-/// The words of a fault for a joint that slides: its units in place of those of an angle.
-std::string inUnitsOfSlide(std::string words);
+/// The words of a fault for a prismatic joint: its units in place of those of an angle.
+std::string inUnitsOfPrismatic(std::string words);
 
-/// Adds the faults of the slides. slides: the number of those in front.
-void requireSlides(const std::vector<Link>& links, const std::vector<Joint>& joints, int slides,
-                   std::vector<Fault>& faults);
+/// Adds the faults of the prismatic joints and their links.
+void requirePrismatic(const std::vector<Link>& links, const std::vector<Joint>& joints,
+                      std::vector<Fault>& faults);
 
 }  // namespace planar_chain

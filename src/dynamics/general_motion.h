@@ -1,10 +1,11 @@
 #pragma once
 
-/// The motion of a chain whose joints couple accelerations, whose base moves, or whose forces depend on the
-/// motion: rotors, driven joints, friction, a moving base. Other chains have none and run dynamics.h alone.
+/// The motion of a chain that is not bare: with prismatic joints, armatures, prescribed joints, friction, a
+/// base that moves, a held tip, or forces that depend on the motion. Bare chains have none and run dynamics.h
+/// alone.
 ///
-/// If only friction couples, long chains run without evaluation.h: bodies that stick together are one body
-/// (welded_chain.h).
+/// If joints only stick, long chains of revolute joints run without evaluation.h: bodies that stick together
+/// are one body (welded_chain.h).
 ///
 /// Results at a state are kept, by its time and all its numbers: the same state is not computed again. Those
 /// for the steps of a method, for switches and for queries are kept apart. So no query between two steps
@@ -25,12 +26,12 @@
 namespace planar_chain {
 
 /// Only the constructor allocates.
-class CoupledMotion final : private Mechanics {
+class GeneralMotion final : private Mechanics {
  public:
   /// The mechanism and the effects must outlive this object.
-  CoupledMotion(const Mechanism& mechanism, Effects& effects);
-  CoupledMotion(const CoupledMotion&) = delete;
-  CoupledMotion& operator=(const CoupledMotion&) = delete;
+  GeneralMotion(const Mechanism& mechanism, Effects& effects);
+  GeneralMotion(const GeneralMotion&) = delete;
+  GeneralMotion& operator=(const GeneralMotion&) = delete;
 
   std::string recursion() const;
   /// True if bodies that stick together may be welded.

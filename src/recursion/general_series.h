@@ -1,6 +1,7 @@
 #pragma once
 
-/// The motion of a chain with coupled joints (coupled.h) as a Taylor series: θ(t + h) = Σ θ_k h^k, and so on.
+/// The motion of a chain of revolute joints of any law (general.h) as a Taylor series: θ(t + h) = Σ θ_k h^k,
+/// and so on.
 ///
 /// With e_j = exp(i θ_j), a the acceleration of the inner pin (less gravity), f the force on the body there,
 /// and μ the moment of the joint,
@@ -10,7 +11,7 @@
 ///
 /// Order k of a product is Cauchy's sum over the orders of its factors. Only one term of each sum contains
 /// α_k, and its factor depends on the present angles alone. So all orders have the same matrix, and the
-/// recursion of coupled.h, at rest and without gravity, solves
+/// recursion of general.h, at rest and without gravity, solves
 ///
 ///     M(θ_0) α_k = N_k − (e×w)_k at α_k = 0              joints with order k of q̈
 ///
@@ -19,14 +20,14 @@
 #include <algorithm>
 #include <vector>
 
-#include "recursion/ended.h"
+#include "recursion/general_recursion.h"
 
 namespace planar_chain {
 
-class CoupledSeries {
+class GeneralSeries {
  public:
   /// For orders 0 … orders − 1 of α. Allocates.
-  CoupledSeries(const Chain& chain, int orders)
+  GeneralSeries(const Chain& chain, int orders)
       : links_(chain.links()), n_(links_.size()), orders_(orders), recursion_(chain) {
     const std::size_t numbers = n_ * index(orders);
     omega_.resize(numbers);
@@ -55,7 +56,7 @@ class CoupledSeries {
   }
 
   /// Takes order k > 0 of ω, N, F, of the joints' q̈ and of the base's acceleration. Writes α_k, n values.
-  void find(int k, const double* omega, const double* N, const Vec2d* F, const Coupling<double>* joints,
+  void find(int k, const double* omega, const double* N, const Vec2d* F, const JointLaw<double>* joints,
             Vec2d ground, double turning, double* alpha) {
     std::copy_n(omega, n_, row(omega_, k));
     turn(k);
@@ -66,8 +67,8 @@ class CoupledSeries {
       const Vec2d* w = row(w_, k - i);
       for (std::size_t j = 0; j < n_; ++j) left_[j] -= e[j].c * w[j].y - e[j].s * w[j].x;
     }
-    recursion_.accelerations(e_.data(), atRest_.data(), {left_.data(), nullptr, joints, {}, turning}, {}, {},
-                             alpha, moments_.data());
+    recursion_.accelerations({e_.data(), atRest_.data(), nullptr},
+                             {left_.data(), nullptr, joints, {}, turning}, {}, alpha, moments_.data());
     complete(k, alpha, ground, F);
   }
 
@@ -123,7 +124,7 @@ class CoupledSeries {
   const std::vector<Link>& links_;
   std::size_t n_;
   int orders_;
-  Ended<double> recursion_;
+  GeneralRecursion<double> recursion_;
   std::vector<double> omega_;
   std::vector<Rotation<double>> e_, second_;  ///< second_: ë, of one order
   std::vector<Vec2d> w_, a_, z_;

@@ -1,4 +1,4 @@
-/// The exact solve of chains with coupled joints against differences of the program's own f: rotors, drives,
+/// The exact solve of chains that are not bare against differences of the program's own f: rotors, drives,
 /// stuck joints, a base that moves; real and complex shifts; angles, rates and works.
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ Scene sceneOf(const std::string& path) {
   return readSceneText(text.str());
 }
 
-class CoupledSolve : public ::testing::TestWithParam<const char*> {
+class ExactSolves : public ::testing::TestWithParam<const char*> {
  protected:
   const Scene scene_ = sceneOf(REFERENCE_DIR "/machines/" + std::string(GetParam()) + ".yaml");
   Dynamics dynamics_{scene_};
@@ -34,8 +34,8 @@ class CoupledSolve : public ::testing::TestWithParam<const char*> {
   VectorXd y_ = VectorXd::Zero(size_);
 
   void SetUp() override {
-    toAbsolute(scene_.q.data(), n_, y_.data());
-    toAbsolute(scene_.qd.data(), n_, y_.data() + n_);
+    scene_.chain.coordinates().toAbsolute(scene_.q.data(), y_.data());
+    scene_.chain.coordinates().toAbsolute(scene_.qd.data(), y_.data() + n_);
     dynamics_.enter(t_);
     dynamics_.enterState(t_, y_.data());
     dynamics_.reserve(1);
@@ -66,7 +66,7 @@ class CoupledSolve : public ::testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(CoupledSolve, InvertsTheJacobian) {
+TEST_P(ExactSolves, InvertsTheJacobian) {
   for (const double s : {1.0, 30.0, 1e3}) {
     for (unsigned seed = 1; seed < 4; ++seed) {
       std::srand(seed);
@@ -85,7 +85,7 @@ TEST_P(CoupledSolve, InvertsTheJacobian) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Machines, CoupledSolve,
+INSTANTIATE_TEST_SUITE_P(Machines, ExactSolves,
                          ::testing::Values("all_5", "base_4", "base_turns_3", "drive_2", "falling_2",
                                            "given_2", "holds_3", "robot_4", "rotors_2", "slow_3", "stack_5"));
 

@@ -1,4 +1,4 @@
-#include "scene/slides_reader.h"
+#include "scene/joint_types.h"
 
 #include <string>
 
@@ -17,24 +17,24 @@ std::optional<JointType> takeType(const Section& link) {
   return type == "prismatic" ? JointType::prismatic : JointType::revolute;
 }
 
-FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis) {
+FreeAxis freeAxis(const std::string& link, const std::string& joint, int axis) {
   const char* suffix = axis == 0 ? "_x" : "_y";
-  FreeSlide slide;
-  slide.link.name = link + suffix;
-  slide.joint.name = joint + suffix;
-  slide.joint.slides = true;
-  slide.joint.axis = axis == 0 ? Vec2d{1, 0} : Vec2d{0, 1};
-  return slide;
+  FreeAxis free;
+  free.link.name = link + suffix;
+  free.joint.name = joint + suffix;
+  free.joint.isPrismatic = true;
+  free.joint.axis = axis == 0 ? Vec2d{1, 0} : Vec2d{0, 1};
+  return free;
 }
 
-void refuseBesideSlides(const Section& top, const Chain& chain, bool isFloating,
-                        const std::vector<Load>& loads) {
+void refuseBesideTypes(const Section& top, const Chain& chain, bool isFloating,
+                       const std::vector<Load>& loads) {
   if (top.find("base") && isFloating) {
     top.fault("base", "no base that moves beside a floating link, which it does not hold", "both");
   }
   for (const Load& load : loads) {
-    if (load.link == Load::none || load.link >= chain.slides() || load.moment == 0) continue;
-    top.fault("loads/" + load.name + "/moment", "no moment on a prismatic link, which does not turn",
+    if (load.link == Load::none || chain.coordinates().turner(load.link) >= 0 || load.moment == 0) continue;
+    top.fault("loads/" + load.name + "/moment", "no moment on a prismatic link that does not turn",
               toText(load.moment));
   }
 }

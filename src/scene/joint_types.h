@@ -17,15 +17,15 @@ enum class JointType { revolute, prismatic, floating };
 /// Key `joint/type` of a link. Any other value is a fault, and gives nothing.
 std::optional<JointType> takeType(const Section& link);
 
-/// What is below the inner pin of a floating link: a slide along x (axis 0) or y (axis 1).
-struct FreeSlide {
+/// What is below the inner pin of a floating link: a prismatic joint along x (axis 0) or y (axis 1).
+struct FreeAxis {
   Link link;
   Joint joint;
 };
-FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis);
+FreeAxis freeAxis(const std::string& link, const std::string& joint, int axis);
 
 /// Records a fault for each part that a chain with prismatic links, or a floating one, may not have.
-void refuseBesideSlides(const Section& top, const Chain& chain, bool isFloating,
-                        const std::vector<Load>& loads);
+void refuseBesideTypes(const Section& top, const Chain& chain, bool isFloating,
+                       const std::vector<Load>& loads);
 
 }  // namespace planar_chain

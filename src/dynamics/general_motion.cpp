@@ -1,4 +1,4 @@
-#include "dynamics/coupled_motion.h"
+#include "dynamics/general_motion.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace planar_chain {
 
-CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
+GeneralMotion::GeneralMotion(const Mechanism& mechanism, Effects& effects)
     : coordinates_(mechanism.coordinates()),
       effects_(effects),
       n_(mechanism.size()),
@@ -23,17 +23,17 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
   for (Coupler* coupler : couplers) coupler->attach(*this);
   if (effects.holdTip()) closure_.emplace(mechanism);
   const auto onlyHolds = [](const Coupler* coupler) { return coupler->onlyHolds(); };
-  if (!mechanism.hasEnds() && !couplers.empty() && std::all_of(couplers.begin(), couplers.end(), onlyHolds) &&
-      n_ > ShortChain::most) {
+  if (!mechanism.coordinates().anyIsPrismatic() && !couplers.empty() &&
+      std::all_of(couplers.begin(), couplers.end(), onlyHolds) && n_ > ShortChain::most) {
     welded_.emplace(mechanism.chain());
   }
 }
 
-std::string CoupledMotion::recursion() const {
+std::string GeneralMotion::recursion() const {
   return welded_ ? welded_->chain.name() : evaluator_.recursion();
 }
 
-void CoupledMotion::forget(bool holds) {
+void GeneralMotion::forget(bool holds) {
   stepped_.isKnown = asked_.isKnown = whole_.isKnown = queried_.isKnown = false;
   if (holds) evaluator_.forgetCouplings();
   if (!welded_) return;
@@ -41,7 +41,7 @@ void CoupledMotion::forget(bool holds) {
   if (holds) welded_->isWelded = false;
 }
 
-void CoupledMotion::prepareChange() {
+void GeneralMotion::prepareChange() {
   if (effects_.haveUncoupledSwitches()) forget();  // couplers do so themselves, if they change
 }
 
@@ -63,14 +63,14 @@ bool areEqual(const double* y, const double* other, int n) {
 
 }  // namespace
 
-void CoupledMotion::endedAt(ode::State& state) const {
+void GeneralMotion::endedAt(ode::State& state) const {
   if (!stepped_.isKnown || state.t != stepped_.t || !areEqual(stepped_.y.data(), state.y.data(), n_)) return;
   const Eigen::Map<const Eigen::VectorXd> there(stepped_.y.data(), 2 * n_);
   state.carry.head(2 * n_) += state.y.head(2 * n_) - there;  // exact, as they are so near
   state.y.head(2 * n_) = there;
 }
 
-const Evaluation& CoupledMotion::at(double t, const double* y) {
+const Evaluation& GeneralMotion::at(double t, const double* y) {
   if (!isWelded()) return at(t, y, asked_, stepped_);
   if (whole_.isAt(t, y)) return whole_;
   ++evaluations_;
@@ -78,7 +78,7 @@ const Evaluation& CoupledMotion::at(double t, const double* y) {
   return whole_;
 }
 
-const Evaluation& CoupledMotion::query(double t, const double* y) {
+const Evaluation& GeneralMotion::query(double t, const double* y) {
   for (const Evaluation* known : {&stepped_, &asked_}) {
     if (!isWelded() && known->isAt(t, y)) return *known;
   }
@@ -86,13 +86,13 @@ const Evaluation& CoupledMotion::query(double t, const double* y) {
   return queried_;
 }
 
-Powers CoupledMotion::powers(double t, const double* y) {
+Powers GeneralMotion::powers(double t, const double* y) {
   if (!isWelded()) return at(t, y).powers;
   // Nothing is driven, and no power depends on where the pins are.
   return weldedPowers({t, y, y + n_}, scratch_.data());
 }
 
-JointAnswer CoupledMotion::answer(double t, const double* y) {
+JointAnswer GeneralMotion::answer(double t, const double* y) {
   const Evaluation& known = at(t, y, asked_, stepped_);
   if (isWelded() && !known.hasMoments) {
     Evaluation& own = &known == &asked_ ? asked_ : stepped_;
@@ -106,28 +106,28 @@ JointAnswer CoupledMotion::answer(double t, const double* y) {
   return {known.moments.data(), known.slopes()};
 }
 
-void CoupledMotion::torques(double t, const double* y, double* tau) {
+void GeneralMotion::torques(double t, const double* y, double* tau) {
   const Evaluation& at = query(t, y);
-  const std::vector<Coupling<double>>& joints = couplings(t).joints;
+  const std::vector<JointLaw<double>>& joints = couplings(t).joints;
   std::fill_n(tau, n_, 0.0);
   for (const auto& effect : effects_.all()) {
     if (effect->coupler()) effect->addTorques(at.state(), tau);
   }
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
-    const Coupling<double>& joint = joints[index(i)];
-    if (joint.isHeld) tau[i] += at.moments[index(i)] + joint.rotor * coordinates_.relative(at.slopes(), i);
+    const JointLaw<double>& joint = joints[index(i)];
+    if (joint.isPrescribed) tau[i] += at.moments[index(i)] + joint.armature * coordinates_.relative(at.slopes(), i);
   }
 }
 
 // ---- The welded chain ----------------------------------------------------------------------------------
 
-Powers CoupledMotion::weldedPowers(const ChainState& at, double* N) {
+Powers GeneralMotion::weldedPowers(const ChainState& at, double* N) {
   if (N) std::fill_n(N, n_, 0.0);
   return effects_.apply(at, {N, nullptr});
 }
 
-void CoupledMotion::runWelded(double t, const double* y, Evaluation& to) {
+void GeneralMotion::runWelded(double t, const double* y, Evaluation& to) {
   Welded& welded = *welded_;
   if (!welded.isWelded) {
     welded.chain.weld(couplings(t));
@@ -141,33 +141,33 @@ void CoupledMotion::runWelded(double t, const double* y, Evaluation& to) {
   if (welded.hasConstantMoments && welded.last != &to) to.N = welded.last->N;
   double* N = welded.hasConstantMoments ? nullptr : to.N.data();
   to.powers = weldedPowers({t, y, y + n_}, N);
-  welded.chain.accelerations(to.y.data(), to.y.data() + n_, N, to.alpha.data());
+  welded.chain.accelerations(to.y.data(), to.y.data() + n_, N, to.xdd.data());
   welded.hasConstantMoments = effects_.haveConstantMoments();
   welded.last = &to;
 }
 
 // ---- Held joints ---------------------------------------------------------------------------------------
 
-const Couplings& CoupledMotion::couplings(double t) {
+const Couplings& GeneralMotion::couplings(double t) {
   effects_.couple(t, 0, held_);
   return held_;
 }
 
-bool CoupledMotion::hold(double t, double* y) {
+bool GeneralMotion::hold(double t, double* y) {
   const Couplings& given = couplings(t);
   bool any = false;
   for (int i = 0; i < n_; ++i) {
-    if (!given.joints[index(i)].isHeld) continue;
+    if (!given.joints[index(i)].isPrescribed) continue;
     any = true;
     const GivenMotion& motion = given.held[index(i)];
-    const bool isDifference = coordinates_.isDifference(i);
-    y[i] = (isDifference ? y[i - 1] : 0) + motion.value;
-    y[n_ + i] = (isDifference ? y[n_ + i - 1] : 0) + motion.rate;
+    const int inner = coordinates_.inner(i);
+    y[i] = (inner >= 0 ? y[inner] : 0) + motion.value;
+    y[n_ + i] = (inner >= 0 ? y[n_ + inner] : 0) + motion.rate;
   }
   return any;
 }
 
-void CoupledMotion::settle(double t, double* y, double most) {
+void GeneralMotion::settle(double t, double* y, double most) {
   if (!closure_) {
     hold(t, y);
     return;
@@ -178,7 +178,7 @@ void CoupledMotion::settle(double t, double* y, double most) {
   if (((after - before).abs() <= most * (1 + before.abs())).all()) std::copy_n(after.data(), 2 * n_, y);
 }
 
-bool CoupledMotion::project(double t, double* y, double* carry) {
+bool GeneralMotion::project(double t, double* y, double* carry) {
   hold(t, y);
   return !closure_ || closure_->project(held_, y, carry);
 }

@@ -1,0 +1,97 @@
+#pragma once
+
+/// The state at which the exact solve of general_linearized.h linearizes a chain, and its bodies there.
+
+#include <vector>
+
+#include "planar_chain/chain.h"
+#include "recursion/general.h"
+#include "recursion/linearized.h"
+#include "recursion/tip_constraint.h"
+
+namespace planar_chain {
+
+/// The state to linearize at, n values each; XF and F may be nullptr. They outlive the solve.
+struct GeneralState {
+  const Rotation<double>* e;
+  const double* omega;                    ///< of the bodies, against the ground
+  const double *rates, *xdd;              ///< of the coordinates; xdd: angles against the ground
+  const Displacement<double>* displaced;  ///< of prismatic joints
+  const Vec2d* F;
+  const double* XF;  ///< of the bodies behind revolute joints
+  const double *k, *d;
+  const JointLaw<double>* joints;
+  Vec2d base;              ///< acceleration of the base's pin less gravity, m/s²
+  double baseTurning = 0;  ///< rad/s²
+  Vec2d tipForce{};        ///< λ, N; it is not in F and XF
+  Tip<double> tip{};       ///< the rows that act; their acceleration is not read
+};
+
+/// A body, and its prismatic joint.
+struct GeneralBody : BodyAt<double> {
+  Vec2d axis, S;                      ///< direction, and displacement, m
+  Vec2d force;                        ///< on the body and all outside, at its own point, N
+  double rate = 0, acceleration = 0;  ///< ṡ, s̈
+};
+
+/// The bodies at that state.
+class GeneralBodies {
+ public:
+  explicit GeneralBodies(const Chain& chain) : chain_(chain), at_(index(chain.size())), forces_(at_.size()) {}
+
+  /// Allocates nothing.
+  void take(const GeneralState& state) {
+    joints_ = state.joints;
+    tip_ = state.tip;
+    Moved<double> moved{state.base, state.baseTurning};
+    for (std::size_t j = 0; j < at_.size(); ++j) {
+      const Link& link = chain_.links()[j];
+      GeneralBody& body = at_[j];
+      body.m = link.mass;
+      body.R = state.e[j] * link.com;
+      body.P = state.e[j] * link.pin;
+      body.J = link.inertia + body.m * dot(body.R, body.R);
+      body.omega = state.omega[j];
+      body.k = state.k[j];
+      body.d = state.d[j];
+      if (isPrismatic(j)) {
+        const auto& [d, S, gamma] = state.displaced[j];
+        body.axis = d;
+        body.S = S;
+        body.rate = state.rates[j];
+        body.acceleration = state.xdd[j];
+        moved.a = mulAdd(moved.alpha, perp(S), moved.a + gamma) + body.acceleration * d;
+      } else {
+        moved.alpha = state.xdd[j];
+      }
+      body.alpha = moved.alpha;
+      body.kappa = -body.m * dot(body.R, moved.a);
+      forces_[j] = body.m * accelerationAt<double>(body, moved.a, body.R);
+      moved.a = accelerationAt<double>(body, moved.a, body.P);
+    }
+    Vec2d outer = -1.0 * state.tipForce;
+    for (std::size_t j = at_.size(); j-- > 0;) {
+      at_[j].kappa -= dot(at_[j].P, outer);
+      if (state.XF && !isPrismatic(j)) at_[j].kappa += state.XF[j];
+      outer += forces_[j];
+      if (state.F) outer -= state.F[j];
+      at_[j].force = outer;
+    }
+  }
+
+  std::size_t size() const { return at_.size(); }
+  const GeneralBody& operator[](std::size_t j) const { return at_[j]; }
+  const JointLaw<double>& joint(std::size_t j) const { return joints_[j]; }
+  bool isPrismatic(std::size_t j) const { return chain_.joints()[j].isPrismatic; }
+  const Coordinates& coordinates() const { return chain_.coordinates(); }
+  const Tip<double>& tip() const { return tip_; }
+
+ private:
+  const Chain& chain_;
+  std::vector<GeneralBody> at_;
+  std::vector<Vec2d> forces_;
+  const JointLaw<double>* joints_ = nullptr;
+  Tip<double> tip_;
+};
+
+}  // namespace planar_chain
