@@ -126,7 +126,8 @@ TEST(Pull, MovesWithTheBase) {
     for (int link = 0; link < n; ++link) {
       const LinkMotion& its = motions[static_cast<std::size_t>(link)];
       const PointMotion still = pull.motionOf(scene.q.data(), scene.qd.data(), link, tip);
-      const PointMotion moved = pull.motionOf(angles.data(), scene.q.data(), {its.com, its.velocity, its.omega}, link, tip);
+      const PointMotion moved =
+          pull.motionOf(angles.data(), scene.q.data(), {its.com, its.velocity, its.omega}, link, tip);
       EXPECT_LT(length(moved.position - turn * still.position), 1e-14) << link;
       EXPECT_LT(length(moved.velocity - turn * still.velocity - baseVelocity), 1e-13) << link;
       EXPECT_LT(length(moved.turn * Vec2d{1, 0} - turn * (still.turn * Vec2d{1, 0})), 1e-14) << link;

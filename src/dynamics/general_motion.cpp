@@ -116,7 +116,8 @@ void GeneralMotion::torques(double t, const double* y, double* tau) {
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
     const JointLaw<double>& joint = joints[index(i)];
-    if (joint.isPrescribed) tau[i] += at.moments[index(i)] + joint.armature * coordinates_.relative(at.slopes(), i);
+    if (joint.isPrescribed)
+      tau[i] += at.moments[index(i)] + joint.armature * coordinates_.relative(at.slopes(), i);
   }
 }
 

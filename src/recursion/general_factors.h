@@ -8,9 +8,8 @@ namespace planar_chain {
 
 /// Replaces what hangs on the outer pin by what the body shows at its own point: B and T, U_R as h, D_m as q.
 template <class Scalar, std::size_t kinds>
-[[gnu::always_inline]] inline auto GeneralLinearized<Scalar, kinds>::addBody(std::size_t j,
-                                                                             LinearTerms<Scalar, kinds>& shown)
-    -> Sums {
+[[gnu::always_inline]] inline auto GeneralLinearized<Scalar, kinds>::addBody(
+    std::size_t j, LinearTerms<Scalar, kinds>& shown) -> Sums {
   const GeneralBody& body = bodies_[j];
   const Vec2d P = body.P, iP = perp(P), mR = body.m * body.R;
   const auto z = turnsOf<kinds>(body, s_);

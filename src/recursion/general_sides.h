@@ -48,7 +48,8 @@ void GeneralLinearized<Scalar, kinds>::carryInwards(const Scalar* rhoQ, const Sc
     const AtTip& at = tips_[j];
     tipFree_ = mulAdd(handles_[j].turn, at.g,
                       mulAdd(ofBody(rhoQ, j) / s_, at.Eq, mulAdd(-ofBody(rhoV, j), at.Ev, tipFree_)));
-    if (bodies_.isPrismatic(j)) tipFree_ = mulAdd(rhoQ[j] / s_, at.ofPlace, mulAdd(-rhoV[j], at.ofRate, tipFree_));
+    if (bodies_.isPrismatic(j))
+      tipFree_ = mulAdd(rhoQ[j] / s_, at.ofPlace, mulAdd(-rhoV[j], at.ofRate, tipFree_));
   }
 }
 
@@ -67,8 +68,8 @@ void GeneralLinearized<Scalar, kinds>::carryOutwards(const Scalar* rhoQ, const S
       moments_[j] += slid.v * parent + sum(handle.p, y);
       own = handle.turn - slid.vD * parent - sum(handle.ULD, y);
       for (std::size_t k = 0; k < kinds; ++k) {
-        y[k] += mulAdd(parent, slid.Z[k],
-                       mulAdd(sigma, slid.W[k], mulAdd(own, slid.z[k], place * slid.w[k])));
+        y[k] +=
+            mulAdd(parent, slid.Z[k], mulAdd(sigma, slid.W[k], mulAdd(own, slid.z[k], place * slid.w[k])));
       }
       y[0] -= mulAdd(rho, perp(body.S), mulAdd(rate, body.axis, Vec2<Scalar>{}));
       u[j] = place + own;

@@ -299,10 +299,10 @@ class MouseDrag {
   Pull pull_;
   std::vector<double> angles_;         ///< of all links, rad
   std::vector<double> displacements_;  ///< of prismatic joints, m
-  Vec2d root_;                  ///< the inner pin of the first link that turns, base frame, m
-  int stride_;                  ///< ticks from one force to the next
-  double duration_;             ///< the same in s
-  double pulsation_;            ///< ω of the spring, rad/s
+  Vec2d root_;                         ///< the inner pin of the first link that turns, base frame, m
+  int stride_;                         ///< ticks from one force to the next
+  double duration_;                    ///< the same in s
+  double pulsation_;                   ///< ω of the spring, rad/s
   std::optional<Grip> grip_;
   int ticks_ = 0;
   Sketch sketch_;

@@ -51,7 +51,9 @@ class Writer {
     line("<link name='", frames_.pin, "'>");
     if (!hasOwnShapes()) line(scene_.appearance.visuals[0]);
     if (hasOwnShapes() && !floats(chain_))
-      chain_.coordinates().leading() > 0 ? rail({}, chain_.joints()[0].axis, railOf(scene_, 0, drawing_.reach)) : ground({});
+      chain_.coordinates().leading() > 0
+          ? rail({}, chain_.joints()[0].axis, railOf(scene_, 0, drawing_.reach))
+          : ground({});
     if (!scene_.base) tip();
     line("</link>");
     for (int i = 0; i < links; ++i) {

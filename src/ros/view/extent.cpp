@@ -96,8 +96,8 @@ Extent::Extent(const Scene& scene) {
   for (const Link& link : scene.chain.links()) reach += std::fmax(length(link.pin), length(link.com));
   if (reach == 0) reach = 1;
   // The way from the ground pin over any pin to the tip is at most as long as the chain.
-  const bool isPinned =
-      scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base && scene.chain.coordinates().leading() == 0;
+  const bool isPinned = scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base &&
+                        scene.chain.coordinates().leading() == 0;
   if (isPinned) middle = 0.5 * Vec2d{scene.tip->x.at(0).value, scene.tip->y.at(0).value};
   span = isPinned ? reach / 2 : reach;
 

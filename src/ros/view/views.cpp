@@ -111,7 +111,7 @@ Sketch& Views::inside(Sketch& sketch, int joint) const {
   const double q = simulation_.q()[0];
   const Joint& first = chain_.joints()[0];
   return sketch.on(Sketch::base, first.isPrismatic ? Pose{pin - turn * (q * first.axis), turn}
-                                              : Pose{pin, Rotation<double>::of(motions_[0].angle - q)});
+                                                   : Pose{pin, Rotation<double>::of(motions_[0].angle - q)});
 }
 
 Vec2d Views::tip() const {
