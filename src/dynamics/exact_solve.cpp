@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "recursion/general_linearized.h"
+
 namespace planar_chain {
 
 template <class Scalar>

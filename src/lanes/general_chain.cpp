@@ -33,6 +33,7 @@ GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool 
   const auto places = index(rows * lanes);
   for (int i = 0; i < chain.size(); ++i) isPrismatic_.push_back(chain.joints()[index(i)].isPrismatic);
   joints_.resize(places * Arrays::jointQuantities);
+  isMixed_ = std::find(isPrismatic_.begin() + leading_, isPrismatic_.end(), true) != isPrismatic_.end();
   if (!inSegments) {
     links_ = linksInLanes(chain, lanes, rows, 1, lanes);
     terms_.resize(Arrays::width * Arrays::rows);
@@ -49,7 +50,6 @@ GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool 
   e_.resize(places);
   F_.resize(places);
   for (auto* numbers : {&omega_, &N_, &xdd_, &moments_}) numbers->resize(places);
-  isMixed_ = std::find(isPrismatic_.begin() + leading_, isPrismatic_.end(), true) != isPrismatic_.end();
   if (isMixed_) displaced_.resize(places * Arrays::displacementQuantities);
 }
 
@@ -165,7 +165,7 @@ inline void GeneralChain::run(simd::GeneralRun simd::GeneralKernel::*kind, const
                                    links_.data(),
                                    joints_.data(),
                                    kinds_.data(),
-                                   displaced,
+                                   isMixed_ ? displaced : nullptr,
                                    isMixed_ ? displaced_.data() : nullptr,
                                    terms_.data(),
                                    pairs_.data()};

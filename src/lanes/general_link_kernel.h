@@ -90,7 +90,7 @@ template <bool holdsTip>
 }
 
 /// Inwards, body by body: takes what a body shows from the rows, and adds what the way out needs.
-template <bool holdsTip>
+template <bool holdsTip, bool hasPrismatic>
 [[gnu::always_inline]] inline void generalLinkInwards(const GeneralArrays& arrays, const Outside& outside,
                                                       const GeneralRows& rows, int j,
                                                       ArticulatedTerms<Lane>& shown, TipTerms<Lane>& tip) {
@@ -101,7 +101,7 @@ template <bool holdsTip>
     if (outside.F) shown.b -= vectorOf(outside.F[j]);
     return;
   }
-  if (kind == JointKind::carriage) {
+  if (hasPrismatic && kind == JointKind::carriage) {
     // Nothing inside turns, and nobody asks for the wrench of the base: A and b are enough.
     const Lane m = rows.number(GeneralRows::bodies, j);
     shown.A.xx += m;
@@ -116,7 +116,7 @@ template <bool holdsTip>
 
   const auto law = jointAt<Lane>(arrays.joints, j);
   Vec2<Lane> y;
-  if (kind == JointKind::revolute) {
+  if (!hasPrismatic || kind == JointKind::revolute) {
     const JointTerms<Lane> joint = passRevolute(N, law, shown);
     rows.putJoint(j, joint);
     if constexpr (holdsTip) y = tip.passRevolute(joint, law);
@@ -134,7 +134,7 @@ template <bool holdsTip>
 }
 
 /// Outwards, to the outer pin.
-template <bool holdsTip>
+template <bool holdsTip, bool hasPrismatic>
 [[gnu::always_inline]] inline void generalLinkOutwards(const GeneralArrays& arrays, const GeneralRows& rows,
                                                        int j, Vec2<Lane> tipForce, const GeneralResults& to,
                                                        Moved<Lane>& at) {
@@ -151,22 +151,22 @@ template <bool holdsTip>
   if constexpr (holdsTip) joint.epsilon += dot(rows.pair(GeneralRows::tips, j), tipForce);
   const auto law = jointAt<Lane>(arrays.joints, j);
   Lane qdd;
-  if (kind == JointKind::revolute) {
+  if (!hasPrismatic || kind == JointKind::revolute) {
     to.moments[j] = outwardsRevolute(joint, law, at).v;
     qdd = at.alpha;
   } else {
     to.moments[j] = outwardsPrismatic(joint, law, displacementAt(arrays, j), at, qdd).v;
   }
   to.xdd[j] = qdd.v;
-  if (kind != JointKind::carriage) toOuterPin(rows.P(j), rows.ww(j), at);
+  if (!hasPrismatic || kind != JointKind::carriage) toOuterPin(rows.P(j), rows.ww(j), at);
 }
 
 enum class Ends { none, wrench, tip };
 
-template <Ends ends>
-PLANAR_CHAIN_IN_ONE_PIECE void generalLinks(const GeneralArrays& given, const Outside& acting,
-                                            const double* theta, const double* omega, double turning,
-                                            GeneralResults to) {
+template <Ends ends, bool hasPrismatic>
+PLANAR_CHAIN_IN_ONE_PIECE void runGeneralLinks(const GeneralArrays& given, const Outside& acting,
+                                               const double* theta, const double* omega, double turning,
+                                               GeneralResults to) {
   const GeneralArrays arrays = given;  // what they point to is no part of them
   const Outside outside = acting;
   const GeneralRows rows(arrays.terms);
@@ -183,7 +183,8 @@ PLANAR_CHAIN_IN_ONE_PIECE void generalLinks(const GeneralArrays& given, const Ou
   TipTerms<Lane> tip;
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = GeneralArrays::most - 1; j >= 0; --j) {
-    if (j < arrays.n) generalLinkInwards<ends == Ends::tip>(arrays, outside, rows, j, shown, tip);
+    if (j < arrays.n)
+      generalLinkInwards<ends == Ends::tip, hasPrismatic>(arrays, outside, rows, j, shown, tip);
   }
 
   Moved<Lane> at{vectorOf(outside.ground), Lane(turning)};
@@ -196,8 +197,16 @@ PLANAR_CHAIN_IN_ONE_PIECE void generalLinks(const GeneralArrays& given, const Ou
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = 0; j < GeneralArrays::most; ++j) {
     if (j >= arrays.n) break;
-    generalLinkOutwards<ends == Ends::tip>(arrays, rows, j, tipForce, to, at);
+    generalLinkOutwards<ends == Ends::tip, hasPrismatic>(arrays, rows, j, tipForce, to, at);
   }
+}
+
+/// Joints of both kinds only if arrays.displaced is given.
+template <Ends ends>
+void generalLinks(const GeneralArrays& arrays, const Outside& outside, const double* theta,
+                  const double* omega, double turning, GeneralResults to) {
+  const auto run = arrays.displaced ? runGeneralLinks<ends, true> : runGeneralLinks<ends, false>;
+  run(arrays, outside, theta, omega, turning, to);
 }
 
 }  // namespace

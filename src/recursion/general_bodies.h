@@ -46,7 +46,15 @@ class GeneralBodies {
 
   /// Allocates nothing.
   void take(const GeneralState& state) {
-    slides_.empty() ? takeBodies<false>(state) : takeBodies<true>(state);
+    joints_ = state.joints;
+    tip_ = state.tip;
+    const std::size_t mixed = coordinates_.anyIsInside() ? size() : index(coordinates_.leading());
+    Moved<double> moved{state.base, state.baseTurning};
+    takeOutwards<true>(state, 0, mixed, moved);
+    takeOutwards<false>(state, mixed, size(), moved);
+    Vec2d outer = -1.0 * state.tipForce;
+    takeInwards<false>(state, mixed, size(), outer);
+    takeInwards<true>(state, 0, mixed, outer);
   }
 
   std::size_t size() const { return at_.size(); }
@@ -59,12 +67,10 @@ class GeneralBodies {
   const Tip<double>& tip() const { return tip_; }
 
  private:
+  /// Bodies first … end − 1. isMixed: a joint may be prismatic.
   template <bool isMixed>
-  void takeBodies(const GeneralState& state) {
-    joints_ = state.joints;
-    tip_ = state.tip;
-    Moved<double> moved{state.base, state.baseTurning};
-    for (std::size_t j = 0; j < at_.size(); ++j) {
+  void takeOutwards(const GeneralState& state, std::size_t first, std::size_t end, Moved<double>& moved) {
+    for (std::size_t j = first; j < end; ++j) {
       const Link& link = chain_.links()[j];
       BodyAt<double>& body = at_[j];
       body.m = link.mass;
@@ -86,8 +92,10 @@ class GeneralBodies {
       forces_[j] = body.m * accelerationAt(body, moved.a, body.R);
       moved.a = accelerationAt(body, moved.a, body.P);
     }
-    Vec2d outer = -1.0 * state.tipForce;
-    for (std::size_t j = at_.size(); j-- > 0;) {
+  }
+  template <bool isMixed>
+  void takeInwards(const GeneralState& state, std::size_t first, std::size_t end, Vec2d& outer) {
+    for (std::size_t j = end; j-- > first;) {
       const bool isSlide = isMixed && isPrismatic(j);
       at_[j].kappa -= dot(at_[j].P, outer);
       if (state.XF && !isSlide) at_[j].kappa += state.XF[j];

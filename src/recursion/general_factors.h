@@ -34,14 +34,14 @@ PerMotion<Vec2<Scalar>, kinds> turnsOf(const BodyAt<double>& body, Scalar s) {
     return {turnOf(body, s), Vec2<Scalar>{Scalar(-body.omega), s}, Vec2<Scalar>{Scalar(0), Scalar(1)}};
 }
 
-/// w_k for σ = 1 and ρ_v = 0
+/// −w_k for σ = 1 and ρ_v = 0
 template <std::size_t kinds>
 PerMotion<Vec2d, kinds> driftsOf(const BodyAt<double>& body) {
-  const Vec2d ofAcceleration{-body.alpha, -body.omega * body.omega};
+  const Vec2d ofAcceleration{body.alpha, body.omega * body.omega};
   if constexpr (kinds == 1)
     return {ofAcceleration};
   else
-    return {ofAcceleration, Vec2d{-body.omega, 0}, Vec2d{0, 1}};
+    return {ofAcceleration, Vec2d{body.omega, 0}, Vec2d{0, -1}};
 }
 
 template <class Scalar>
@@ -64,6 +64,7 @@ class GeneralFactors {
 
   void factor(Scalar s) {
     s_ = s;
+    overS_ = 1.0 / s;
     LinearTerms<Scalar, kinds> shown;
     for (std::size_t j = bodies_.size(); j-- > 0;) {
       const Sums sums = addBody(j, shown);
@@ -109,7 +110,7 @@ class GeneralFactors {
 
   const GeneralBodies& bodies_;
   const ForceTangent* tangents_;
-  Scalar s_{};
+  Scalar s_{}, overS_{};  ///< s, 1/s
   std::vector<Handle> handles_;
   std::vector<Slid> slid_;   ///< if a joint is prismatic
   std::vector<AtTip> tips_;  ///< if the tip is ever held
@@ -147,7 +148,7 @@ template <class Scalar, std::size_t kinds, bool isMixed>
   const BodyAt<double>& body = bodies_[j];
   const Vec2d P = body.P, iP = perp(P), mR = body.m * body.R;
   const auto z = turnsOf<kinds>(body, s_);
-  const auto w = driftsOf<kinds>(body);
+  const auto less = driftsOf<kinds>(body);
   Vec2<Scalar> UR = shown.h, Eq;
   Scalar Mq(-body.kappa), Dm = body.J * s_ * s_ + body.kappa + shown.q + dotMixed(iP, shown.h);
   if constexpr (kinds == 3) {
@@ -173,9 +174,9 @@ template <class Scalar, std::size_t kinds, bool isMixed>
     }
     UR = mulAdd(z[k].y, zeta, mulAdd(z[k].x, xi, UR));
     Dm += z[k].y * alongTurn + z[k].x * alongPin;
-    const Vec2<Scalar> drift = mulAdd(w[k].y, zeta, Vec2<Scalar>{w[k].x * xi.x, w[k].x * xi.y});
-    Eq = kinds == 1 ? Vec2<Scalar>{-drift.x, -drift.y} : Eq - drift;
-    Mq -= w[k].y * alongTurn + w[k].x * alongPin;
+    const Vec2<Scalar> drift = mulAdd(less[k].y, zeta, Vec2<Scalar>{less[k].x * xi.x, less[k].x * xi.y});
+    Eq = kinds == 1 ? drift : Eq + drift;
+    Mq += less[k].y * alongTurn + less[k].x * alongPin;
     sums.UL[k] = mulAdd(1.0, k == 0 ? perp(mR) : tangent(j, k).momentPlace, lambda);
   }
   handle.Eq = Eq;
@@ -295,13 +296,13 @@ void GeneralFactors<Scalar, kinds, isMixed>::sweepTip() {
     const Handle& handle = handles_[j];
     AtTip& at = tips_[j];
     const auto z = turnsOf<kinds>(body, s_);
-    const auto w = driftsOf<kinds>(body);
+    const auto less = driftsOf<kinds>(body);
     eta += transposedTimes(G, wide<Scalar>(perp(body.P)));
     at.Ev = Gamma[0].times(perp(body.P), Vec2<Scalar>{});
     at.Eq = {};
     for (std::size_t k = 0; k < kinds; ++k) {
       gamma += Gamma[k].times(turnScale(z[k], body.P), Vec2<Scalar>{});
-      at.Eq += Gamma[k].times(turnScale(w[k], body.P), Vec2<Scalar>{});
+      at.Eq -= Gamma[k].times(turnScale(less[k], body.P), Vec2<Scalar>{});
     }
     if (slides(j)) {
       const Slid& slid = slid_[j];

@@ -90,26 +90,9 @@
 #include <vector>
 
 #include "recursion/general_factors.h"
+#include "recursion/general_solve.h"
 
 namespace planar_chain {
-
-/// The solve, as the stiff methods see it. Only constructors allocate.
-template <class Scalar>
-class GeneralSolve {
- public:
-  virtual ~GeneralSolve() = default;
-  /// Factors s·1 − J.
-  virtual void factor(Scalar s) = 0;
-  /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]; n values each, and the results may stand in the same place.
-  virtual void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) = 0;
-
-  // The changes along the last solution: of the moment or force in prescribed joint i, of the force of the
-  // base and its moment about the ground pin, and of the force on the tip.
-  virtual Scalar moment(int i) const = 0;
-  virtual Vec2<Scalar> baseForce() const = 0;
-  virtual Scalar baseMoment() const = 0;
-  virtual Vec2<Scalar> tipForce() const = 0;
-};
 
 /// See GeneralFactors.
 template <class Scalar, std::size_t kinds, bool isMixed>
@@ -134,6 +117,7 @@ class GeneralLinearized final : public GeneralSolve<Scalar>, private GeneralFact
   using Factors::C_;
   using Factors::G_;
   using Factors::handles_;
+  using Factors::overS_;
   using Factors::s_;
   using Factors::slid_;
   using Factors::slides;
@@ -175,27 +159,27 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryInwards(const Scalar* rhoQ,
     const BodyAt<double>& body = bodies_[j];
     const JointLaw<double>& joint = bodies_.joint(j);
     Handle& handle = handles_[j];
-    const Scalar sigma = ofBody(rhoQ, j) / s_, rho = ofBody(rhoV, j);
+    const Scalar sigma = ofBody(rhoQ, j) * overS_, rho = ofBody(rhoV, j);
     const Scalar known = handle.Mv * rho + handle.Mq * sigma - dotMixed(perp(body.P), b) - r;
     b = mulAdd(-rho, handle.Ev, mulAdd(-sigma, handle.Eq, b));
     if (!slides(j)) {
       const int parent = inner(j);
-      const Scalar bend = parent >= 0 ? sigma - rhoQ[parent] / s_ : sigma;
+      const Scalar bend = parent >= 0 ? sigma - rhoQ[parent] * overS_ : sigma;
       const Scalar jump = parent >= 0 ? rho - rhoV[parent] : rho;
       const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * jump - body.k * bend;
       const Scalar epsilon = known + delta;
-      const Scalar turn = handle.turn = joint.isPrescribed ? jump / (s_ * s_) : epsilon * handle.over;
+      const Scalar turn = handle.turn = joint.isPrescribed ? jump * (overS_ * overS_) : epsilon * handle.over;
       b = mulAdd(turn, handle.UR, b);
       moments_[j] = r = joint.isPrescribed ? handle.Dm * turn - epsilon : delta - handle.kD * epsilon;
       continue;
     }
     const Slid& slid = slid_[j];
-    const Scalar place = rhoQ[j] / s_, rate = rhoV[j];
+    const Scalar place = rhoQ[j] * overS_, rate = rhoV[j];
     b = mulAdd(-rate, slid.ofRate, mulAdd(place, slid.ofPlace, b));
     r = slid.momentOfPlace * place - known - slid.momentOfRate * rate + dotMixed(perp(bodies_.slide(j).S), b);
     const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * rate - body.k * place;
     const Scalar epsilon = delta - dotMixed(bodies_.slide(j).axis, b) - slid.f * sigma;
-    const Scalar turn = handle.turn = joint.isPrescribed ? rate / (s_ * s_) : epsilon * handle.over;
+    const Scalar turn = handle.turn = joint.isPrescribed ? rate * (overS_ * overS_) : epsilon * handle.over;
     b = mulAdd(turn, handle.UR, b);
     r += slid.u * turn;
     moments_[j] = slid.D0 * turn - epsilon;
@@ -215,7 +199,7 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ
     Scalar own, rate = rhoV[j];  // u' and ρ_v of the coordinate
     if (slides(j)) {
       const Slid& slid = slid_[j];
-      const Scalar place = rhoQ[j] / s_;
+      const Scalar place = rhoQ[j] * overS_;
       moments_[j] += slid.v * parent + sum(handle.p, y);
       own = handle.turn - slid.vD * parent - sum(handle.ULD, y);
       for (std::size_t k = 0; k < kinds; ++k) {
@@ -225,7 +209,7 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ
       y[0] -= mulAdd(rho, perp(bodies_.slide(j).S), mulAdd(rate, bodies_.slide(j).axis, Vec2<Scalar>{}));
       u[j] = place + own;
     } else {
-      sigma = rhoQ[j] / s_;
+      sigma = rhoQ[j] * overS_;
       rho = rate;
       moments_[j] += handle.q * parent + sum(handle.p, y);
       parent = handle.kD * parent + handle.turn - sum(handle.ULD, y);
@@ -233,10 +217,10 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ
       u[j] = sigma + own;
     }
     const auto z = turnsOf<kinds>(body, s_);
-    const auto w = driftsOf<kinds>(body);
+    const auto less = driftsOf<kinds>(body);
     for (std::size_t k = 0; k < kinds; ++k) {
       const Vec2<Scalar> drift =
-          k == 0 ? driftOf(body, sigma, rho) : Vec2<Scalar>{w[k].x * sigma, w[k].y * sigma};
+          k == 0 ? driftOf(body, sigma, rho) : Vec2<Scalar>{-(less[k].x * sigma), -(less[k].y * sigma)};
       y[k] = mulAdd(parent, turnScale(z[k], body.P), y[k] + turnScale(drift, body.P));
     }
     v[j] = s_ * own;
@@ -247,14 +231,16 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ
 template <class Scalar, std::size_t kinds, bool isMixed>
 Vec2<Scalar> GeneralLinearized<Scalar, kinds, isMixed>::tipFree(const Scalar* rhoQ,
                                                                 const Scalar* rhoV) const {
-  Vec2<Scalar> free;
+  Vec2<Scalar> free, ofPlaces;  // ofPlaces: times s
   for (std::size_t j = 0; j < tips_.size(); ++j) {
     const AtTip& at = tips_[j];
-    free = mulAdd(handles_[j].turn, at.g,
-                  mulAdd(ofBody(rhoQ, j) / s_, at.Eq, mulAdd(-ofBody(rhoV, j), at.Ev, free)));
-    if (slides(j)) free = mulAdd(rhoQ[j] / s_, at.ofPlace, mulAdd(-rhoV[j], at.ofRate, free));
+    free = mulAdd(handles_[j].turn, at.g, mulAdd(-ofBody(rhoV, j), at.Ev, free));
+    ofPlaces = mulAdd(ofBody(rhoQ, j), at.Eq, ofPlaces);
+    if (!slides(j)) continue;
+    free = mulAdd(-rhoV[j], at.ofRate, free);
+    ofPlaces = mulAdd(rhoQ[j], at.ofPlace, ofPlaces);
   }
-  return free;
+  return mulAdd(overS_, ofPlaces, free);
 }
 
 /// Finds δλ, and adds what it changes.
