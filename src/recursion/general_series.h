@@ -1,134 +1,293 @@
 #pragma once
 
-/// The motion of a chain of revolute joints of any law (general.h) as a Taylor series: θ(t + h) = Σ θ_k h^k,
-/// and so on.
+/// The motion of a chain that is not bare (general.h) as a Taylor series: θ(t + h) = Σ θ_k h^k, and so on.
 ///
-/// With e_j = exp(i θ_j), a the acceleration of the inner pin (less gravity), f the force on the body there,
-/// and μ the moment of the joint,
+/// With e_j = exp(i θ_j), a the acceleration of a body's own point (less gravity) and f the force on the body
+/// there,
 ///
 ///     ë = i d(ω e)/dt           a_next = a + p ë           f = f_next + m (a + r ë) − F
 ///     (I + m|r|²) α + e×w = N + μ − μ_next                 w = m r̄ a + p̄ f_next
 ///
+/// Behind a prismatic joint of displacement s along the axis x, the own point is y x from the pin inside,
+/// with y = s e. Its body adds its moment and y×g to those on the body whose joint turns it:
+///
+///     a = a_pin + ÿ x           e·g = N + μ                g = x̄ f
+///
 /// Order k of a product is Cauchy's sum over the orders of its factors. Only one term of each sum contains
-/// α_k, and its factor depends on the present angles alone. So all orders have the same matrix, and the
+/// α_k or s̈_k, and its factor depends on the present state alone. So all orders have the same matrix, and the
 /// recursion of general.h, at rest and without gravity, solves
 ///
-///     M(θ_0) α_k = N_k − (e×w)_k at α_k = 0              joints with order k of q̈
+///     M(θ_0, s_0) (α_k, s̈_k) = N_k − the left sides above at α_k = s̈_k = 0      joints with order k of q̈
 ///
-/// Source: as lanes/motion_series.h, which has the series of chains whose joints do not couple.
+/// Its masses are computed once a series.
+///
+/// Source: as lanes/motion_series.h, which has the series of bare chains.
 
 #include <algorithm>
 #include <vector>
 
-#include "recursion/general_recursion.h"
+#include "planar_chain/chain.h"
+#include "recursion/general.h"
 
 namespace planar_chain {
 
+/// One order of what a chain is given: n values each.
+struct GeneralOrder {
+  const double* N;
+  const Vec2d* F;  ///< nullptr: none
+  const JointLaw<double>* joints;
+  Vec2d ground;          ///< acceleration of the ground pin, of order 0 less gravity
+  double rate, turning;  ///< of the base: angular velocity and acceleration
+};
+
 class GeneralSeries {
  public:
-  /// For orders 0 … orders − 1 of α. Allocates.
+  /// For orders 0 … orders − 1 of the accelerations. The chain must outlive this object. Allocates.
   GeneralSeries(const Chain& chain, int orders)
-      : links_(chain.links()), n_(links_.size()), orders_(orders), recursion_(chain) {
-    const std::size_t numbers = n_ * index(orders);
-    omega_.resize(numbers);
-    e_.resize(numbers + 2 * n_);
-    w_.resize(numbers);
-    second_.resize(n_);
-    z_.resize(n_);
-    a_.resize(n_);
-    left_.resize(n_);
-    moments_.resize(n_);
-    atRest_.resize(n_);
+      : chain_(chain),
+        n_(index(chain.size())),
+        orders_(orders),
+        omega_(n_, orders),
+        e_(n_, orders + 2),
+        w_(n_, orders),
+        z_(n_),
+        turnRate_(n_),
+        a_(n_),
+        moments_(n_),
+        left_(n_),
+        xdd_(n_),
+        swept_(n_) {
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (isPrismatic(j)) prismatic_.push_back(j);
+    }
+    y_ = {prismatic_.size(), orders + 2};
+    g_ = {prismatic_.size(), orders};
+    slideRate_.resize(prismatic_.size());
   }
 
   int orders() const { return orders_; }
   /// Row k of n values: order k of e.
-  const Rotation<double>* rotations() const { return e_.data(); }
+  const Rotation<double>* rotations() const { return e_[0]; }
 
-  /// Takes order 0. ground: the acceleration of the ground pin less gravity. F: nullptr if no force acts.
-  void begin(const Rotation<double>* e, const double* omega, const double* alpha, Vec2d ground,
-             const Vec2d* F) {
-    std::copy_n(e, n_, e_.begin());
-    std::copy_n(omega, n_, omega_.begin());
-    for (std::size_t j = 0; j < n_; ++j) e_[n_ + j] = {-omega[j] * e[j].s, omega[j] * e[j].c};
+  /// Takes order 0: rotations, accelerations of the coordinates (of angles against the ground) and row 0 of
+  /// c. Does not read N. Writes row 1 of c. Rows have 2n numbers: orders of the coordinates and of their
+  /// rates. c stays in use.
+  void begin(const Rotation<double>* e, const double* xdd, double* c, const GeneralOrder& given) {
+    c_ = c;
+    std::copy_n(e, n_, e_[0]);
+    std::copy_n(xdd, n_, xdd_.begin());
+    takeRates(0, given.rate);
+    for (std::size_t j = 0; j < n_; ++j) e_[1][j] = {-omega_[0][j] * e[j].s, omega_[0][j] * e[j].c};
+    for (std::size_t p = 0; p < prismatic_.size(); ++p) {
+      const std::size_t j = prismatic_[p];
+      y_[0][p] = c[j] * vector(e[j]);
+      y_[1][p] = c[n_ + j] * vector(e[j]) + c[j] * vector(e_[1][j]);
+    }
+    factor(given.joints);
     turn(0);
-    complete(0, alpha, ground, F);
+    complete(0, given);
   }
 
-  /// Takes order k > 0 of ω, N, F, of the joints' q̈ and of the base's acceleration. Writes α_k, n values.
-  void find(int k, const double* omega, const double* N, const Vec2d* F, const JointLaw<double>* joints,
-            Vec2d ground, double turning, double* alpha) {
-    std::copy_n(omega, n_, row(omega_, k));
+  /// Takes order k > 0 of what is given. Reads rows up to k of c, and writes row k + 1.
+  void find(int k, const GeneralOrder& given) {
+    takeRates(k, given.rate);
     turn(k);
-    findForces(k, ground, F);
-    std::copy_n(N, n_, left_.begin());
-    for (int i = 0; i <= k; ++i) {
-      const Rotation<double>* e = row(e_, i);
-      const Vec2d* w = row(w_, k - i);
-      for (std::size_t j = 0; j < n_; ++j) left_[j] -= e[j].c * w[j].y - e[j].s * w[j].x;
-    }
-    recursion_.accelerations({e_.data(), atRest_.data(), nullptr},
-                             {left_.data(), nullptr, joints, {}, turning}, {}, alpha, moments_.data());
-    complete(k, alpha, ground, F);
+    findForces(k, given);
+    findWhatIsLeft(k, given.N);
+    solve(given);
+    complete(k, given);
   }
 
  private:
+  /// Orders of so many values each.
   template <class Value>
-  Value* row(std::vector<Value>& of, int k) {
-    return of.data() + index(k) * n_;
+  class Rows {
+   public:
+    Rows() = default;
+    Rows(std::size_t width, int orders) : width_(width), values_(width * index(orders)) {}
+    Value* operator[](int k) { return values_.data() + index(k) * width_; }
+    const Value* operator[](int k) const { return values_.data() + index(k) * width_; }
+
+   private:
+    std::size_t width_ = 0;
+    std::vector<Value> values_;
+  };
+
+  /// A joint and its body in the recursion, at the present state.
+  struct Swept {
+    Vec2d P;
+    Displacement<double> by;
+    JointNumbers<double> law;
+    JointTerms<double> terms;
+  };
+
+  bool isPrismatic(std::size_t j) const { return chain_.joints()[j].isPrismatic; }
+  /// The coordinate that turns body j, or −1.
+  int turner(std::size_t j) const { return chain_.coordinates().turner(static_cast<int>(j)); }
+  /// Order k of the coordinates, and then of their rates.
+  double* row(int k) { return c_ + index(2 * k) * n_; }
+
+  // Vectors as complex numbers.
+  static Vec2d vector(Rotation<double> e) { return {e.c, e.s}; }
+  static Vec2d times(Vec2d a, Vec2d b) { return {a.x * b.x - a.y * b.y, a.y * b.x + a.x * b.y}; }
+  static Vec2d conjugateTimes(Vec2d a, Vec2d b) { return {dot(a, b), cross(a, b)}; }
+
+  /// Takes order k of the bodies' rates against the ground. Writes order k + 1 of the coordinates.
+  void takeRates(int k, double ofBase) {
+    const double* rates = row(k) + n_;
+    double* next = row(k + 1);
+    for (std::size_t j = 0; j < n_; ++j) {
+      omega_[k][j] = (turner(j) >= 0 ? rates[index(turner(j))] : 0) + ofBase;
+      next[j] = rates[j] / (k + 1);
+    }
   }
 
-  /// From the orders of ω up to k: order k of ë, as if α_k were 0, and the sum z,
+  /// Order k of ë and ÿ, as if α_k and s̈_k were 0:
   ///
-  ///     z = Σ_{j≤k} ω_j e_{k+1−j}          ë_k = i (α_k e_0 + (k+1) z)
+  ///     ë_k = i (α_k e_0 + (k+1) z)                        z = Σ_{j≤k} ω_j e_{k+1−j}
+  ///     ÿ_k = s̈_k e_0 + s_0 ë_k + (k+1) (k+2) Σ_{0<j<k+2} s_j e_{k+2−j}
   void turn(int k) {
     std::fill(z_.begin(), z_.end(), Vec2d{});
     for (int i = 0; i <= k; ++i) {
-      const double* omega = row(omega_, i);
-      const Rotation<double>* e = row(e_, k + 1 - i);
-      for (std::size_t j = 0; j < n_; ++j) z_[j] += omega[j] * Vec2d{e[j].c, e[j].s};
+      const double* omega = omega_[i];
+      const Rotation<double>* e = e_[k + 1 - i];
+      for (std::size_t j = 0; j < n_; ++j) z_[j] += omega[j] * vector(e[j]);
     }
-    for (std::size_t j = 0; j < n_; ++j) second_[j] = {-(k + 1) * z_[j].y, (k + 1) * z_[j].x};
+    for (std::size_t j = 0; j < n_; ++j) turnRate_[j] = (k + 1.0) * perp(z_[j]);
+    for (std::size_t p = 0; p < prismatic_.size(); ++p) {
+      const std::size_t j = prismatic_[p];
+      Vec2d sum;
+      for (int i = 1; i < k + 2; ++i) sum += row(i)[j] * vector(e_[k + 2 - i][j]);
+      slideRate_[p] = (k + 1.0) * (k + 2) * sum + row(0)[j] * turnRate_[j];
+    }
   }
 
-  /// Adds what α_k turns, and finds the next order of e:  (k+2) e_{k+2} = i (z + ω_{k+1} e_0)
-  void complete(int k, const double* alpha, Vec2d ground, const Vec2d* F) {
+  /// Adds what the accelerations of order k change, and writes the orders that follow:
+  ///
+  ///     (k+2) e_{k+2} = i (z + ω_{k+1} e_0)                (k+1) (k+2) y_{k+2} = ÿ_k
+  void complete(int k, const GeneralOrder& given) {
     const double share = 1.0 / (k + 1), part = 1.0 / (k + 2);
-    Rotation<double>* next = row(e_, k + 2);
+    double* rates = row(k + 1) + n_;
+    std::size_t p = 0;
     for (std::size_t j = 0; j < n_; ++j) {
-      const Vec2d turn{-alpha[j] * e_[j].s, alpha[j] * e_[j].c};
-      second_[j] = {second_[j].c + turn.x, second_[j].s + turn.y};
-      next[j] = {part * (share * turn.x - z_[j].y), part * (share * turn.y + z_[j].x)};
+      const Vec2d e = vector(e_[0][j]);
+      const Vec2d byAlpha = (turner(j) >= 0 ? xdd_[index(turner(j))] : given.turning) * perp(e);
+      turnRate_[j] += byAlpha;
+      const Vec2d next = part * (share * byAlpha + perp(z_[j]));
+      e_[k + 2][j] = {next.x, next.y};
+      rates[j] = share * (isPrismatic(j) ? xdd_[j] : xdd_[j] - given.turning);
+      if (!isPrismatic(j)) continue;
+      slideRate_[p] += xdd_[j] * e + row(0)[j] * byAlpha;
+      y_[k + 2][p] = share * part * slideRate_[p];
+      ++p;
     }
-    findForces(k, ground, F);
+    findForces(k, given);
   }
 
-  /// Order k of w.
-  void findForces(int k, Vec2d ground, const Vec2d* F) {
-    Vec2d a = ground;
+  /// Order k of w and g.
+  void findForces(int k, const GeneralOrder& given) {
+    Vec2d a = given.ground;
+    std::size_t p = 0;
     for (std::size_t j = 0; j < n_; ++j) {
+      if (isPrismatic(j)) a += times(slideRate_[p++], chain_.joints()[j].axis);
       a_[j] = a;
-      a += second_[j] * links_[j].pin;
+      a += times(turnRate_[j], chain_.links()[j].pin);
     }
     Vec2d f;
     for (std::size_t j = n_; j-- > 0;) {
-      const Link& link = links_[j];
-      row(w_, k)[j] = link.mass * conjugateTimes(link.com, a_[j]) + conjugateTimes(link.pin, f);
-      f += link.mass * (a_[j] + second_[j] * link.com);
-      if (F) f -= F[j];
+      const Link& link = chain_.links()[j];
+      w_[k][j] = link.mass * conjugateTimes(link.com, a_[j]) + conjugateTimes(link.pin, f);
+      f += link.mass * (a_[j] + times(turnRate_[j], link.com));
+      if (given.F) f -= given.F[j];
+      if (isPrismatic(j)) g_[k][--p] = conjugateTimes(chain_.joints()[j].axis, f);
     }
   }
 
-  static Vec2d conjugateTimes(Vec2d r, Vec2d a) { return {dot(r, a), cross(r, a)}; }
+  /// N_k less the left sides.
+  void findWhatIsLeft(int k, const double* N) {
+    std::fill(moments_.begin(), moments_.end(), 0.0);
+    for (int i = 0; i <= k; ++i) {
+      const Rotation<double>* e = e_[i];
+      const Vec2d* w = w_[k - i];
+      for (std::size_t j = 0; j < n_; ++j) moments_[j] += cross(vector(e[j]), w[j]);
+    }
+    std::copy_n(N, n_, left_.begin());
+    for (std::size_t p = 0; p < prismatic_.size(); ++p) {
+      const std::size_t j = prismatic_[p];
+      for (int i = 0; i <= k; ++i) {
+        const Vec2d g = g_[k - i][p];
+        moments_[j] += cross(y_[i][p], g);
+        left_[j] -= dot(vector(e_[i][j]), g);
+      }
+    }
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (turner(j) >= 0) left_[index(turner(j))] -= moments_[j];
+    }
+  }
 
-  const std::vector<Link>& links_;
+  // ---- The recursion --------------------------------------------------------------------------------------
+
+  void factor(const JointLaw<double>* laws) {
+    ArticulatedTerms<double> shown;
+    for (std::size_t j = n_; j-- > 0;) {
+      const Link& link = chain_.links()[j];
+      const Turned<double> body =
+          turned(Body<double>{link.mass, link.inertia, link.com, link.pin}, e_[0][j], 0.0);
+      Swept& swept = swept_[j];
+      swept.P = body.P;
+      swept.law = numbersOf(JointLaw<double>{laws[j].armature, laws[j].isPrescribed, 0});
+      addBody(body, shown);
+      if (isPrismatic(j)) {
+        const Vec2d d = e_[0][j] * chain_.joints()[j].axis;
+        swept.by = {d, row(0)[j] * d, {}};
+        swept.terms = passPrismatic(0.0, swept.law, d, shown);
+        stepInwards(swept.by, shown);
+      } else {
+        swept.terms = passRevolute(0.0, swept.law, shown);
+      }
+    }
+  }
+
+  /// At rest and without gravity, where only joints have loads.
+  void solve(const GeneralOrder& given) {
+    Vec2d b;
+    double c = 0;
+    for (std::size_t j = n_; j-- > 0;) {
+      Swept& swept = swept_[j];
+      swept.law.acceleration = given.joints[j].acceleration;
+      c += dot(perp(swept.P), b);
+      if (isPrismatic(j)) {
+        biasPrismatic(left_[j], swept.law, swept.by.d, swept.terms, b, c);
+        c += dot(perp(swept.by.S), b);
+      } else {
+        biasRevolute(left_[j], swept.law, swept.terms, b, c);
+      }
+    }
+    Moved<double> moved{{}, given.turning};
+    for (std::size_t j = 0; j < n_; ++j) {
+      const Swept& swept = swept_[j];
+      if (isPrismatic(j)) {
+        outwardsPrismatic(swept.terms, swept.law, swept.by, moved, xdd_[j]);
+      } else {
+        outwardsRevolute(swept.terms, swept.law, moved);
+        xdd_[j] = moved.alpha;
+      }
+      toOuterPin(swept.P, 0.0, moved);
+    }
+  }
+
+  const Chain& chain_;
   std::size_t n_;
   int orders_;
-  GeneralRecursion<double> recursion_;
-  std::vector<double> omega_;
-  std::vector<Rotation<double>> e_, second_;  ///< second_: ë, of one order
-  std::vector<Vec2d> w_, a_, z_;
-  std::vector<double> left_, moments_, atRest_;
+  std::vector<std::size_t> prismatic_;  ///< joints
+  double* c_ = nullptr;
+  Rows<double> omega_;  ///< of the bodies
+  Rows<Rotation<double>> e_;
+  Rows<Vec2d> w_, y_, g_;  ///< y, g: of prismatic joints alone
+  // Of one order:
+  std::vector<Vec2d> z_, turnRate_, slideRate_, a_;  ///< turnRate: ë; slideRate: ÿ of prismatic joints
+  std::vector<double> moments_, left_, xdd_;
+  std::vector<Swept> swept_;
 };
 
 }  // namespace planar_chain
