@@ -39,11 +39,8 @@ struct Around {
 
   std::vector<double> start() const {
     std::vector<double> state(static_cast<std::size_t>(dynamics.size()));
-    double theta = 0, omega = 0;
-    for (std::size_t i = 0; i < scene.q.size(); ++i) {
-      state[i] = theta += scene.q[i];
-      state[scene.q.size() + i] = omega += scene.qd[i];
-    }
+    scene.chain.coordinates().toAbsolute(scene.q.data(), state.data());
+    scene.chain.coordinates().toAbsolute(scene.qd.data(), state.data() + n);
     return state;
   }
 
@@ -134,29 +131,42 @@ TEST_P(SeriesOf, PushedStopsObeysThem) {
   EXPECT_LT(around.violation(0.5 * around.reach()), 1e-11);
 }
 
+/// Rotors, sliding friction, driven joints and a base, with springs, dampers and loads; each joint is prismatic
+/// with this probability.
+Scene machine(int n, unsigned seed, double prismatic) {
+  Scene scene = test::randomScene(n, seed);
+  std::vector<Joint> joints = scene.chain.joints();
+  test::Random random(seed);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    joints[i].isPrismatic = random.between(0, 1) < prismatic;
+    joints[i].axis = random.vector(1);
+    if (i % 3 == 0) joints[i].others.emplace_back("rotor_inertia", 0.1 + 0.2 * static_cast<double>(i % 2));
+    if (i % 4 == 1) joints[i].others.emplace_back("friction", 0.3);
+    if (i % 5 == 1) joints[i].others.emplace_back("drag", 0.02);
+    if (i % 4 != 2) continue;
+    joints[i].stiffness = joints[i].damping = 0;
+    scene.drives.push_back({static_cast<int>(i), i % 8 == 2
+                                                     ? MotionLaw::sine(0.3, 0.7, 0.2, scene.q[i])
+                                                     : MotionLaw::spline({-0.5, 0, 0.6}, {0, 0.2, -0.1})});
+  }
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  scene.base = BaseLaws{MotionLaw::sine(0.1, 1.3, 0.4, 0), MotionLaw::spline({-1, 0.05, 2}, {0, 0.3, -0.2}),
+                        MotionLaw::sine(0.4, 0.5, 1, 0.2)};
+  return scene;
+}
+
 TEST_P(SeriesOf, MachinesObeyThem) {
-  // Rotors, sliding friction, driven joints and a base, with springs, dampers and loads.
   const int n = GetParam();
-  for (unsigned seed = 1; seed <= 12; ++seed) {
-    Scene scene = test::randomScene(n, seed);
-    std::vector<Joint> joints = scene.chain.joints();
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      if (i % 3 == 0) joints[i].others.emplace_back("rotor_inertia", 0.1 + 0.2 * static_cast<double>(i % 2));
-      if (i % 4 == 1) joints[i].others.emplace_back("friction", 0.3);
-      if (i % 4 != 2) continue;
-      joints[i].stiffness = joints[i].damping = 0;
-      scene.drives.push_back({static_cast<int>(i), i % 8 == 2
-                                                       ? MotionLaw::sine(0.3, 0.7, 0.2, scene.q[i])
-                                                       : MotionLaw::spline({-0.5, 0, 0.6}, {0, 0.2, -0.1})});
-    }
-    scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-    scene.base = BaseLaws{MotionLaw::sine(0.1, 1.3, 0.4, 0), MotionLaw::spline({-1, 0.05, 2}, {0, 0.3, -0.2}),
-                          MotionLaw::sine(0.4, 0.5, 1, 0.2)};
-    Around around(scene);
-    const double h = around.reach();
-    ASSERT_GT(h, 1e-4);
-    for (const double share : {-0.5, 0.25, 0.5, 1.0}) {
-      EXPECT_LT(around.violation(share * h), 1e-11) << n << " links, seed " << seed << ", h = " << share * h;
+  for (const double prismatic : {0.0, 0.5}) {
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+      Around around(machine(n, seed, prismatic));
+      ASSERT_TRUE(around.dynamics.hasSeries());
+      const double h = around.reach();
+      ASSERT_GT(h, 1e-4);
+      for (const double share : {-0.5, 0.25, 0.5, 1.0}) {
+        EXPECT_LT(around.violation(share * h), 1e-11)
+            << n << " links, seed " << seed << ", h = " << share * h << ", prismatic " << prismatic;
+      }
     }
   }
 }

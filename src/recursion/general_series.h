@@ -53,7 +53,6 @@ class GeneralSeries {
         z_(n_),
         turnRate_(n_),
         a_(n_),
-        moments_(n_),
         left_(n_),
         xdd_(n_),
         swept_(n_) {
@@ -99,6 +98,14 @@ class GeneralSeries {
   }
 
  private:
+  /// The orders of one value.
+  template <class Value>
+  struct Orders {
+    const Value* first;
+    std::size_t apart;
+
+    const Value& operator[](int k) const { return first[index(k) * apart]; }
+  };
   /// Orders of so many values each.
   template <class Value>
   class Rows {
@@ -107,6 +114,7 @@ class GeneralSeries {
     Rows(std::size_t width, int orders) : width_(width), values_(width * index(orders)) {}
     Value* operator[](int k) { return values_.data() + index(k) * width_; }
     const Value* operator[](int k) const { return values_.data() + index(k) * width_; }
+    Orders<Value> of(std::size_t j) const { return {values_.data() + j, width_}; }
 
    private:
     std::size_t width_ = 0;
@@ -127,8 +135,18 @@ class GeneralSeries {
   /// Order k of the coordinates, and then of their rates.
   double* row(int k) { return c_ + index(2 * k) * n_; }
 
+  /// Σ f(x_i, y_{k−i}) over first ≤ i ≤ last.
+  template <class X, class Y, class F>
+  [[gnu::always_inline]] static auto sumOf(int k, int first, int last, Orders<X> x, Orders<Y> y, F f) {
+    decltype(f(x[0], y[0])) sum{};
+    for (int i = first; i <= last; ++i) sum += f(x[i], y[k - i]);
+    return sum;
+  }
+  static Vec2d scale(double x, Rotation<double> e) { return {x * e.c, x * e.s}; }
+
   // Vectors as complex numbers.
   static Vec2d vector(Rotation<double> e) { return {e.c, e.s}; }
+  static Vec2d vector(Vec2d a) { return a; }
   static Vec2d times(Vec2d a, Vec2d b) { return {a.x * b.x - a.y * b.y, a.y * b.x + a.x * b.y}; }
   static Vec2d conjugateTimes(Vec2d a, Vec2d b) { return {dot(a, b), cross(a, b)}; }
 
@@ -147,18 +165,14 @@ class GeneralSeries {
   ///     ë_k = i (α_k e_0 + (k+1) z)                        z = Σ_{j≤k} ω_j e_{k+1−j}
   ///     ÿ_k = s̈_k e_0 + s_0 ë_k + (k+1) (k+2) Σ_{0<j<k+2} s_j e_{k+2−j}
   void turn(int k) {
-    std::fill(z_.begin(), z_.end(), Vec2d{});
-    for (int i = 0; i <= k; ++i) {
-      const double* omega = omega_[i];
-      const Rotation<double>* e = e_[k + 1 - i];
-      for (std::size_t j = 0; j < n_; ++j) z_[j] += omega[j] * vector(e[j]);
+    for (std::size_t j = 0; j < n_; ++j) {
+      z_[j] = sumOf(k + 1, 0, k, omega_.of(j), e_.of(j), scale);
+      turnRate_[j] = (k + 1.0) * perp(z_[j]);
     }
-    for (std::size_t j = 0; j < n_; ++j) turnRate_[j] = (k + 1.0) * perp(z_[j]);
     for (std::size_t p = 0; p < prismatic_.size(); ++p) {
       const std::size_t j = prismatic_[p];
-      Vec2d sum;
-      for (int i = 1; i < k + 2; ++i) sum += row(i)[j] * vector(e_[k + 2 - i][j]);
-      slideRate_[p] = (k + 1.0) * (k + 2) * sum + row(0)[j] * turnRate_[j];
+      const Vec2d sum = sumOf(k + 2, 1, k + 1, Orders<double>{c_ + j, 2 * n_}, e_.of(j), scale);
+      slideRate_[p] = (k + 1.0) * (k + 2) * sum + c_[j] * turnRate_[j];
     }
   }
 
@@ -205,23 +219,18 @@ class GeneralSeries {
 
   /// N_k less the left sides.
   void findWhatIsLeft(int k, const double* N) {
-    std::fill(moments_.begin(), moments_.end(), 0.0);
-    for (int i = 0; i <= k; ++i) {
-      const Rotation<double>* e = e_[i];
-      const Vec2d* w = w_[k - i];
-      for (std::size_t j = 0; j < n_; ++j) moments_[j] += cross(vector(e[j]), w[j]);
-    }
+    const auto crossed = [](auto a, Vec2d b) { return cross(vector(a), b); };
+    const auto along = [](Rotation<double> a, Vec2d b) { return dot(vector(a), b); };
     std::copy_n(N, n_, left_.begin());
-    for (std::size_t p = 0; p < prismatic_.size(); ++p) {
-      const std::size_t j = prismatic_[p];
-      for (int i = 0; i <= k; ++i) {
-        const Vec2d g = g_[k - i][p];
-        moments_[j] += cross(y_[i][p], g);
-        left_[j] -= dot(vector(e_[i][j]), g);
-      }
-    }
+    std::size_t p = 0;
     for (std::size_t j = 0; j < n_; ++j) {
-      if (turner(j) >= 0) left_[index(turner(j))] -= moments_[j];
+      double moment = sumOf(k, 0, k, e_.of(j), w_.of(j), crossed);
+      if (isPrismatic(j)) {
+        moment += sumOf(k, 0, k, y_.of(p), g_.of(p), crossed);
+        left_[j] -= sumOf(k, 0, k, e_.of(j), g_.of(p), along);
+        ++p;
+      }
+      if (turner(j) >= 0) left_[index(turner(j))] -= moment;
     }
   }
 
@@ -286,7 +295,7 @@ class GeneralSeries {
   Rows<Vec2d> w_, y_, g_;  ///< y, g: of prismatic joints alone
   // Of one order:
   std::vector<Vec2d> z_, turnRate_, slideRate_, a_;  ///< turnRate: ë; slideRate: ÿ of prismatic joints
-  std::vector<double> moments_, left_, xdd_;
+  std::vector<double> left_, xdd_;
   std::vector<Swept> swept_;
 };
 
