@@ -14,7 +14,7 @@ bool Dynamics::hasSeries() const {
 }
 
 double Dynamics::seriesCost(int order) const {
-  constexpr double ofGeneralOrder = 4.5;  // by clock, 2 to 20 links
+  constexpr double ofGeneralOrder = 1.6;  // by clock, 2 to 20 links: 1 to 2
   return series_ ? series_->cost(order) : ofGeneralOrder * order;
 }
 

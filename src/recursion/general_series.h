@@ -42,26 +42,25 @@ struct GeneralOrder {
 
 class GeneralSeries {
  public:
-  /// For orders 0 … orders − 1 of the accelerations. The chain must outlive this object. Allocates.
+  /// For orders 0 … orders − 1 of the accelerations. Allocates.
   GeneralSeries(const Chain& chain, int orders)
-      : chain_(chain),
-        n_(index(chain.size())),
+      : n_(index(chain.size())),
         orders_(orders),
         omega_(n_, orders),
         e_(n_, orders + 2),
         w_(n_, orders),
-        z_(n_),
-        turnRate_(n_),
-        a_(n_),
+        y_(chain.coordinates().anyIsPrismatic() ? n_ : 0, orders + 2),
+        g_(chain.coordinates().anyIsPrismatic() ? n_ : 0, orders),
         left_(n_),
-        xdd_(n_),
-        swept_(n_) {
-    for (std::size_t j = 0; j < n_; ++j) {
-      if (isPrismatic(j)) prismatic_.push_back(j);
+        xdd_(n_) {
+    for (int j = 0; j < chain.size(); ++j) {
+      const Link& link = chain.links()[index(j)];
+      const Joint& joint = chain.joints()[index(j)];
+      bodies_.push_back({{link.mass, link.inertia, link.com, link.pin},
+                         joint.isPrismatic,
+                         joint.axis,
+                         chain.coordinates().turner(j)});
     }
-    y_ = {prismatic_.size(), orders + 2};
-    g_ = {prismatic_.size(), orders};
-    slideRate_.resize(prismatic_.size());
   }
 
   int orders() const { return orders_; }
@@ -76,11 +75,11 @@ class GeneralSeries {
     std::copy_n(e, n_, e_[0]);
     std::copy_n(xdd, n_, xdd_.begin());
     takeRates(0, given.rate);
-    for (std::size_t j = 0; j < n_; ++j) e_[1][j] = {-omega_[0][j] * e[j].s, omega_[0][j] * e[j].c};
-    for (std::size_t p = 0; p < prismatic_.size(); ++p) {
-      const std::size_t j = prismatic_[p];
-      y_[0][p] = c[j] * vector(e[j]);
-      y_[1][p] = c[n_ + j] * vector(e[j]) + c[j] * vector(e_[1][j]);
+    for (std::size_t j = 0; j < n_; ++j) {
+      e_[1][j] = {-omega_[0][j] * e[j].s, omega_[0][j] * e[j].c};
+      if (!bodies_[j].isPrismatic) continue;
+      y_[0][j] = c[j] * vector(e[j]);
+      y_[1][j] = c[n_ + j] * vector(e[j]) + c[j] * vector(e_[1][j]);
     }
     factor(given.joints);
     turn(0);
@@ -103,59 +102,74 @@ class GeneralSeries {
   struct Orders {
     const Value* first;
     std::size_t apart;
-
-    const Value& operator[](int k) const { return first[index(k) * apart]; }
   };
   /// Orders of so many values each.
   template <class Value>
   class Rows {
    public:
-    Rows() = default;
     Rows(std::size_t width, int orders) : width_(width), values_(width * index(orders)) {}
     Value* operator[](int k) { return values_.data() + index(k) * width_; }
     const Value* operator[](int k) const { return values_.data() + index(k) * width_; }
     Orders<Value> of(std::size_t j) const { return {values_.data() + j, width_}; }
 
    private:
-    std::size_t width_ = 0;
+    std::size_t width_;
     std::vector<Value> values_;
   };
 
-  /// A joint and its body in the recursion, at the present state.
-  struct Swept {
-    Vec2d P;
-    Displacement<double> by;
-    JointNumbers<double> law;
-    JointTerms<double> terms;
+  struct SweptBody {
+    Body<double> of;
+    bool isPrismatic;
+    Vec2d axis;
+    int turner;  ///< the coordinate that turns it, or −1
+
+    // At the present state.
+    Vec2d P{};
+    Displacement<double> by{};
+    JointNumbers<double> law{};
+    JointTerms<double> terms{};
+
+    // Of one order.
+    Vec2d z{}, turned{}, slid{}, a{};  ///< turned: ë; slid: ÿ of a prismatic joint
   };
 
-  bool isPrismatic(std::size_t j) const { return chain_.joints()[j].isPrismatic; }
-  /// The coordinate that turns body j, or −1.
-  int turner(std::size_t j) const { return chain_.coordinates().turner(static_cast<int>(j)); }
   /// Order k of the coordinates, and then of their rates.
   double* row(int k) { return c_ + index(2 * k) * n_; }
-
-  /// Σ f(x_i, y_{k−i}) over first ≤ i ≤ last.
-  template <class X, class Y, class F>
-  [[gnu::always_inline]] static auto sumOf(int k, int first, int last, Orders<X> x, Orders<Y> y, F f) {
-    decltype(f(x[0], y[0])) sum{};
-    for (int i = first; i <= last; ++i) sum += f(x[i], y[k - i]);
-    return sum;
-  }
-  static Vec2d scale(double x, Rotation<double> e) { return {x * e.c, x * e.s}; }
 
   // Vectors as complex numbers.
   static Vec2d vector(Rotation<double> e) { return {e.c, e.s}; }
   static Vec2d vector(Vec2d a) { return a; }
   static Vec2d times(Vec2d a, Vec2d b) { return {a.x * b.x - a.y * b.y, a.y * b.x + a.x * b.y}; }
   static Vec2d conjugateTimes(Vec2d a, Vec2d b) { return {dot(a, b), cross(a, b)}; }
+  static Vec2d scale(double x, Rotation<double> e) { return x * vector(e); }
+
+  /// Σ f(x_i, y_{k−i}) over first ≤ i ≤ last. Begins in the middle, as the last orders have hardly been
+  /// stored.
+  template <class X, class Y, class F>
+  [[gnu::always_inline]] static auto sumOf(int k, int first, int last, Orders<X> x, Orders<Y> y, F f) {
+    int low = (first + last) / 2;
+    const X *xLow = x.first + index(low) * x.apart, *xHigh = xLow + x.apart;
+    const Y *yLow = y.first + index(k - low) * y.apart, *yHigh = yLow - y.apart;
+    decltype(f(*xLow, *yLow)) sum{}, other{};
+    for (int high = low + 1; high <= last; --low, ++high) {
+      sum += f(*xLow, *yLow);
+      other += f(*xHigh, *yHigh);
+      xLow -= x.apart;
+      yLow += y.apart;
+      xHigh += x.apart;
+      yHigh -= y.apart;
+    }
+    if (low >= first) sum += f(*xLow, *yLow);
+    return sum + other;
+  }
 
   /// Takes order k of the bodies' rates against the ground. Writes order k + 1 of the coordinates.
   void takeRates(int k, double ofBase) {
     const double* rates = row(k) + n_;
-    double* next = row(k + 1);
+    double *next = row(k + 1), *omega = omega_[k];
     for (std::size_t j = 0; j < n_; ++j) {
-      omega_[k][j] = (turner(j) >= 0 ? rates[index(turner(j))] : 0) + ofBase;
+      const int turner = bodies_[j].turner;
+      omega[j] = (turner >= 0 ? rates[turner] : 0) + ofBase;
       next[j] = rates[j] / (k + 1);
     }
   }
@@ -166,13 +180,12 @@ class GeneralSeries {
   ///     ÿ_k = s̈_k e_0 + s_0 ë_k + (k+1) (k+2) Σ_{0<j<k+2} s_j e_{k+2−j}
   void turn(int k) {
     for (std::size_t j = 0; j < n_; ++j) {
-      z_[j] = sumOf(k + 1, 0, k, omega_.of(j), e_.of(j), scale);
-      turnRate_[j] = (k + 1.0) * perp(z_[j]);
-    }
-    for (std::size_t p = 0; p < prismatic_.size(); ++p) {
-      const std::size_t j = prismatic_[p];
+      SweptBody& body = bodies_[j];
+      body.z = sumOf(k + 1, 0, k, omega_.of(j), e_.of(j), scale);
+      body.turned = (k + 1.0) * perp(body.z);
+      if (!body.isPrismatic) continue;
       const Vec2d sum = sumOf(k + 2, 1, k + 1, Orders<double>{c_ + j, 2 * n_}, e_.of(j), scale);
-      slideRate_[p] = (k + 1.0) * (k + 2) * sum + c_[j] * turnRate_[j];
+      body.slid = (k + 1.0) * (k + 2) * sum + c_[j] * body.turned;
     }
   }
 
@@ -182,18 +195,17 @@ class GeneralSeries {
   void complete(int k, const GeneralOrder& given) {
     const double share = 1.0 / (k + 1), part = 1.0 / (k + 2);
     double* rates = row(k + 1) + n_;
-    std::size_t p = 0;
     for (std::size_t j = 0; j < n_; ++j) {
+      SweptBody& body = bodies_[j];
       const Vec2d e = vector(e_[0][j]);
-      const Vec2d byAlpha = (turner(j) >= 0 ? xdd_[index(turner(j))] : given.turning) * perp(e);
-      turnRate_[j] += byAlpha;
-      const Vec2d next = part * (share * byAlpha + perp(z_[j]));
+      const Vec2d byAlpha = (body.turner >= 0 ? xdd_[index(body.turner)] : given.turning) * perp(e);
+      const Vec2d next = part * (share * byAlpha + perp(body.z));
       e_[k + 2][j] = {next.x, next.y};
-      rates[j] = share * (isPrismatic(j) ? xdd_[j] : xdd_[j] - given.turning);
-      if (!isPrismatic(j)) continue;
-      slideRate_[p] += xdd_[j] * e + row(0)[j] * byAlpha;
-      y_[k + 2][p] = share * part * slideRate_[p];
-      ++p;
+      body.turned += byAlpha;
+      rates[j] = share * (body.isPrismatic ? xdd_[j] : xdd_[j] - given.turning);
+      if (!body.isPrismatic) continue;
+      body.slid += xdd_[j] * e + c_[j] * byAlpha;
+      y_[k + 2][j] = share * part * body.slid;
     }
     findForces(k, given);
   }
@@ -201,19 +213,18 @@ class GeneralSeries {
   /// Order k of w and g.
   void findForces(int k, const GeneralOrder& given) {
     Vec2d a = given.ground;
-    std::size_t p = 0;
-    for (std::size_t j = 0; j < n_; ++j) {
-      if (isPrismatic(j)) a += times(slideRate_[p++], chain_.joints()[j].axis);
-      a_[j] = a;
-      a += times(turnRate_[j], chain_.links()[j].pin);
+    for (SweptBody& body : bodies_) {
+      if (body.isPrismatic) a += times(body.slid, body.axis);
+      body.a = a;
+      a += times(body.turned, body.of.p);
     }
     Vec2d f;
     for (std::size_t j = n_; j-- > 0;) {
-      const Link& link = chain_.links()[j];
-      w_[k][j] = link.mass * conjugateTimes(link.com, a_[j]) + conjugateTimes(link.pin, f);
-      f += link.mass * (a_[j] + times(turnRate_[j], link.com));
+      const SweptBody& body = bodies_[j];
+      w_[k][j] = body.of.m * conjugateTimes(body.of.r, body.a) + conjugateTimes(body.of.p, f);
+      f += body.of.m * (body.a + times(body.turned, body.of.r));
       if (given.F) f -= given.F[j];
-      if (isPrismatic(j)) g_[k][--p] = conjugateTimes(chain_.joints()[j].axis, f);
+      if (body.isPrismatic) g_[k][j] = conjugateTimes(body.axis, f);
     }
   }
 
@@ -222,15 +233,14 @@ class GeneralSeries {
     const auto crossed = [](auto a, Vec2d b) { return cross(vector(a), b); };
     const auto along = [](Rotation<double> a, Vec2d b) { return dot(vector(a), b); };
     std::copy_n(N, n_, left_.begin());
-    std::size_t p = 0;
     for (std::size_t j = 0; j < n_; ++j) {
+      const SweptBody& body = bodies_[j];
       double moment = sumOf(k, 0, k, e_.of(j), w_.of(j), crossed);
-      if (isPrismatic(j)) {
-        moment += sumOf(k, 0, k, y_.of(p), g_.of(p), crossed);
-        left_[j] -= sumOf(k, 0, k, e_.of(j), g_.of(p), along);
-        ++p;
+      if (body.isPrismatic) {
+        moment += sumOf(k, 0, k, y_.of(j), g_.of(j), crossed);
+        left_[j] -= sumOf(k, 0, k, e_.of(j), g_.of(j), along);
       }
-      if (turner(j) >= 0) left_[index(turner(j))] -= moment;
+      if (body.turner >= 0) left_[index(body.turner)] -= moment;
     }
   }
 
@@ -239,20 +249,18 @@ class GeneralSeries {
   void factor(const JointLaw<double>* laws) {
     ArticulatedTerms<double> shown;
     for (std::size_t j = n_; j-- > 0;) {
-      const Link& link = chain_.links()[j];
-      const Turned<double> body =
-          turned(Body<double>{link.mass, link.inertia, link.com, link.pin}, e_[0][j], 0.0);
-      Swept& swept = swept_[j];
-      swept.P = body.P;
-      swept.law = numbersOf(JointLaw<double>{laws[j].armature, laws[j].isPrescribed, 0});
-      addBody(body, shown);
-      if (isPrismatic(j)) {
-        const Vec2d d = e_[0][j] * chain_.joints()[j].axis;
-        swept.by = {d, row(0)[j] * d, {}};
-        swept.terms = passPrismatic(0.0, swept.law, d, shown);
-        stepInwards(swept.by, shown);
+      SweptBody& body = bodies_[j];
+      const Turned<double> at = turned(body.of, e_[0][j], 0.0);
+      body.P = at.P;
+      body.law = numbersOf(JointLaw<double>{laws[j].armature, laws[j].isPrescribed, 0});
+      addBody(at, shown);
+      if (body.isPrismatic) {
+        const Vec2d d = e_[0][j] * body.axis;
+        body.by = {d, c_[j] * d, {}};
+        body.terms = passPrismatic(0.0, body.law, d, shown);
+        stepInwards(body.by, shown);
       } else {
-        swept.terms = passRevolute(0.0, swept.law, shown);
+        body.terms = passRevolute(0.0, body.law, shown);
       }
     }
   }
@@ -262,41 +270,37 @@ class GeneralSeries {
     Vec2d b;
     double c = 0;
     for (std::size_t j = n_; j-- > 0;) {
-      Swept& swept = swept_[j];
-      swept.law.acceleration = given.joints[j].acceleration;
-      c += dot(perp(swept.P), b);
-      if (isPrismatic(j)) {
-        biasPrismatic(left_[j], swept.law, swept.by.d, swept.terms, b, c);
-        c += dot(perp(swept.by.S), b);
+      SweptBody& body = bodies_[j];
+      body.law.acceleration = given.joints[j].acceleration;
+      c += dot(perp(body.P), b);
+      if (body.isPrismatic) {
+        biasPrismatic(left_[j], body.law, body.by.d, body.terms, b, c);
+        c += dot(perp(body.by.S), b);
       } else {
-        biasRevolute(left_[j], swept.law, swept.terms, b, c);
+        biasRevolute(left_[j], body.law, body.terms, b, c);
       }
     }
     Moved<double> moved{{}, given.turning};
     for (std::size_t j = 0; j < n_; ++j) {
-      const Swept& swept = swept_[j];
-      if (isPrismatic(j)) {
-        outwardsPrismatic(swept.terms, swept.law, swept.by, moved, xdd_[j]);
+      const SweptBody& body = bodies_[j];
+      if (body.isPrismatic) {
+        outwardsPrismatic(body.terms, body.law, body.by, moved, xdd_[j]);
       } else {
-        outwardsRevolute(swept.terms, swept.law, moved);
+        outwardsRevolute(body.terms, body.law, moved);
         xdd_[j] = moved.alpha;
       }
-      toOuterPin(swept.P, 0.0, moved);
+      toOuterPin(body.P, 0.0, moved);
     }
   }
 
-  const Chain& chain_;
   std::size_t n_;
   int orders_;
-  std::vector<std::size_t> prismatic_;  ///< joints
-  double* c_ = nullptr;
   Rows<double> omega_;  ///< of the bodies
   Rows<Rotation<double>> e_;
-  Rows<Vec2d> w_, y_, g_;  ///< y, g: of prismatic joints alone
-  // Of one order:
-  std::vector<Vec2d> z_, turnRate_, slideRate_, a_;  ///< turnRate: ë; slideRate: ÿ of prismatic joints
+  Rows<Vec2d> w_, y_, g_;  ///< y, g: of prismatic joints
   std::vector<double> left_, xdd_;
-  std::vector<Swept> swept_;
+  std::vector<SweptBody> bodies_;
+  double* c_ = nullptr;
 };
 
 }  // namespace planar_chain
