@@ -93,7 +93,9 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
-  long long evaluations() const { return (general_ ? general_->evaluations() : evaluations_) + seriesOrders_; }
+  long long evaluations() const {
+    return (general_ ? general_->evaluations() : evaluations_) + seriesOrders_;
+  }
   Energy energy(double t, const double* y) const;
   /// Write n values each; see simulation.h.
   void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y

@@ -66,12 +66,12 @@ MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* ke
       orders_(order),
       holdsTip_(holdsTip),
       // The registers of AVX-512 hold all numbers of a cart and its pole: 1.5 % less time.
-      kernel_(kernel        ? *kernel
+      kernel_(kernel         ? *kernel
               : leading_ > 0 ? *simd::kernels().front()
-                            : simd::kernelFor(n_)),
+                             : simd::kernelFor(n_)),
       run_(kernel_.series[leading_ > 0 ? 4
-                          : holdsTip  ? 3
-                                      : std::min(n_, 3) - 1]),
+                          : holdsTip   ? 3
+                                       : std::min(n_, 3) - 1]),
       storage_(n_, order, 1, holdsTip) {
   if (leading_ > 0) storage_.putCart(chain);
   for (int j = 0; j < n_ && leading_ == 0; ++j) storage_.put(j, 0, chain.links()[index(j)]);
@@ -100,11 +100,11 @@ double MotionSeries::cost(int order) const {
   // By clock, for a cart and its pole, one link, two, and others, whose evaluations are faster the longer the
   // chain.
   const double perOrder = leading_ > 0 ? 0.12
-                          : n_ == 1   ? 0.42
-                          : n_ == 2   ? 0.6
-                          : n_ <= 16  ? 1.4
-                          : n_ <= 50  ? 2
-                                      : 3.6;
+                          : n_ == 1    ? 0.42
+                          : n_ == 2    ? 0.6
+                          : n_ <= 16   ? 1.4
+                          : n_ <= 50   ? 2
+                                       : 3.6;
   return (holdsTip_ ? 0.5 : 1) * perOrder * order;
 }
 
