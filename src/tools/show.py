@@ -31,8 +31,9 @@ from unread import ENDINGS  # noqa: E402
 WRITTEN = '# Written by show (%s). What you save or change is kept.\n'
 BEFORE = '# Written by show, again at each start. Save in rviz keeps your own.'  # of earlier versions
 FREE = 1.25    # from the first pin to the rim of the view, in units of the reach
-FAR = 10       # reaches; a rail's limit farther away is not drawn
-SIDE = 2       # reaches: length of a rail to a side without a limit
+FAR = 10       # lengths of the chain; a rail's limit farther away is not drawn
+SIDE = 2       # lengths of the chain: length of a rail to a side without a limit
+INSIDE = 0.25  # likewise, of a rail on a link that turns
 ASPECT = 1.27  # of the view in the window of config/planar_chain.rviz
 LONG = 16      # links; a longer chain that falls from rest stays in the lower half of its reach
 TEXT = 0.05    # height of a text, in units of half the height of the view
@@ -40,9 +41,16 @@ CELLS = 3.75   # least number of grid cells in half the height of the view
 DEFAULT = 2.0  # m: the reach where the scene is refused
 
 
-def reach(links):
-    """The largest distance of a point of the chain from the ground pin, m."""
-    return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or DEFAULT
+def length(links):
+    """The length of the chain with its prismatic joints at 0, m."""
+    return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or 1.0
+
+
+def reach(chain):
+    """The largest distance of a point of the chain from the first pin, m. Rails on links count."""
+    size, first = length(chain['links']), leading(chain)
+    return size + sum(max(map(abs, rail(link['joint'], q, size, INSIDE)))
+                      for link, q in list(zip(chain['links'], chain['q']))[first:] if 'type' in link['joint'])
 
 
 def range_of(law):
@@ -52,22 +60,22 @@ def range_of(law):
     return law['offset'] - abs(law['amplitude']), law['offset'] + abs(law['amplitude'])
 
 
-def slides_of(chain):
-    """The joints of the slides."""
-    return [link['joint'] for link in chain['links'][:2] if 'type' in link['joint']]
+def leading(chain):
+    """The number of prismatic joints before the first link that turns."""
+    return next((i for i, link in enumerate(chain['links']) if 'type' not in link['joint']), len(chain['links']))
 
 
 def is_free(chain):
-    """True if nothing holds the first pin of a link that turns: two slides without mass."""
-    return len(slides_of(chain)) == 2 and not any(link['mass'] for link in chain['links'][:2])
+    """True if nothing holds the first pin of a link that turns: two prismatic links without mass."""
+    return leading(chain) == 2 and not any(link['mass'] for link in chain['links'][:2])
 
 
-def rail(joint, q, size):
-    """The part of a rail that is drawn, m along its axis."""
+def rail(joint, q, size, free=SIDE):
+    """The part of a rail that is drawn, m along its axis. free: lengths of the chain, of a side without a limit."""
     low, high = range_of(joint['drive']) if 'drive' in joint else (q, q)
     lower, upper = (-math.inf if joint.get('lower') is None else joint['lower'], math.inf if joint.get('upper') is None else joint['upper'])
-    return (min(lower, low) if low - lower <= FAR * size else low - SIDE * size,
-            max(upper, high) if upper - high <= FAR * size else high + SIDE * size)
+    return (min(lower, low) if low - lower <= FAR * size else low - free * size,
+            max(upper, high) if upper - high <= FAR * size else high + free * size)
 
 
 def root(chain, size):
@@ -75,7 +83,8 @@ def root(chain, size):
     base = chain.get('base', {})
     ranges = [range_of(base[key]) if base else (0, 0) for key in ('x', 'y')]
     turns = bool(base) and any(range_of(base['angle']))
-    for joint, q in zip([] if is_free(chain) else slides_of(chain), chain['q']):
+    for link, q in zip([] if is_free(chain) else chain['links'][:leading(chain)], chain['q']):
+        joint = link['joint']
         ends = rail(joint, q, size)
         most = max(map(abs, ends))
         steps = [(-most, most) if turns else sorted(end * part for end in ends) for part in joint['axis']]
@@ -85,21 +94,26 @@ def root(chain, size):
 
 def highest(chain):
     """The largest initial height of a pin above the first pin of a link that turns, m."""
-    slides = len(slides_of(chain))
-    angles = itertools.accumulate(chain['q'][slides:])
-    rises = (math.sin(angle) * link['pin'][0] + math.cos(angle) * link['pin'][1]
-             for angle, link in zip(angles, chain['links'][slides:]))
-    return max(0.0, *itertools.accumulate(rises))
+    angle = height = most = 0.0
+    for link, q in list(zip(chain['links'], chain['q']))[leading(chain):]:
+        x, y = link['pin']
+        if 'type' in link['joint']:
+            x, y = x + q * link['joint']['axis'][0], y + q * link['joint']['axis'][1]
+        else:
+            angle += q
+        height += math.sin(angle) * x + math.cos(angle) * y
+        most = max(most, height)
+    return most
 
 
 def view(chain, scene):
     """The view's centre (x, y) in the base frame and half its height, m: room for the reach around each position that rails and base
     allow. A chain with a pinned tip stays within half its reach of the middle between its pins."""
-    size = reach(chain['links'])
-    (left, right), (bottom, top) = root(chain, size)
+    size = reach(chain)
+    (left, right), (bottom, top) = root(chain, length(chain['links']))
     middle, span = (0, 0), size
     tip = chain.get('tip', {}).get('pin', {})
-    if tip and all(law.get('amplitude') == 0 for law in tip.values()) and 'base' not in chain and not slides_of(chain):
+    if tip and all(law.get('amplitude') == 0 for law in tip.values()) and 'base' not in chain and not leading(chain):
         middle, span = (tip['x']['offset'] / 2, tip['y']['offset'] / 2), size / 2
     falls = not scene.get('loads') and 'tip' not in scene and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
     above = highest(chain) + (FREE - 1) * span if len(chain['links']) > LONG and falls else FREE * span
