@@ -103,7 +103,7 @@ class Robots : public testing::TestWithParam<Shape> {};
 
 TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
   const auto& [links, front] = GetParam();
-  const bool isFree = !front.empty() && front[0] != "prismatic";
+  const bool isFree = !front.empty() && (front[0] == "planar" || front[0] == "floating");
   const int n = isFree ? links + 2 : links;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const std::vector<test::Part> parts = test::randomRobot(links, seed, front);
@@ -131,7 +131,9 @@ TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
 INSTANTIATE_TEST_SUITE_P(Links, Robots,
                          testing::Values(Shape{1}, Shape{2}, Shape{3}, Shape{7}, Shape{3, {"prismatic"}},
                                          Shape{4, {"prismatic", "prismatic"}}, Shape{1, {"planar"}},
-                                         Shape{3, {"floating"}}));
+                                         Shape{3, {"floating"}}, Shape{4, {"continuous", "prismatic"}},
+                                         Shape{5, {"prismatic", "continuous", "prismatic", "prismatic"}},
+                                         Shape{3, {"planar", "prismatic"}}));
 
 // ---- By hand ---------------------------------------------------------------------------------
 

@@ -250,7 +250,9 @@ Drawing::Drawing(const Scene& scene) : Extent(scene) {
   double mass = 0, shortest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < scene.chain.size(); ++i) {
     const Link& link = scene.chain.links()[index(i)];
-    const double size = std::fmax(length(link.pin), length(link.com));
+    double pin = length(link.pin);
+    if (i + 1 < scene.chain.size() && isInside(scene.chain, i + 1)) pin += travelOf(scene, i + 1, links);
+    const double size = std::fmax(pin, length(link.com));
     if (i >= scene.chain.coordinates().leading() && size > 0) shortest = std::fmin(shortest, size);
     mass += link.mass;
   }

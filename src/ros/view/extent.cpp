@@ -94,6 +94,11 @@ Range railOf(const Scene& scene, int slider, double links) {
           endsAbove ? std::fmax(joint.upper, places.to) : places.to + free};
 }
 
+double travelOf(const Scene& scene, int slider, double links) {
+  const Range rail = railOf(scene, slider, links);
+  return std::fmax(std::fabs(rail.from), std::fabs(rail.to));
+}
+
 Range lineOf(const Scene& scene, const Extent& extent) {
   const TipLaws& tip = *scene.tip;
   const Box root = rootOf(scene, extent.links);
@@ -108,9 +113,7 @@ Extent::Extent(const Scene& scene) {
   if (links == 0) links = 1;
   reach = links;
   for (int i = 0; i < scene.chain.size(); ++i) {
-    if (!isInside(scene.chain, i)) continue;
-    const Range rail = railOf(scene, i, links);
-    reach += std::fmax(std::fabs(rail.from), std::fabs(rail.to));
+    if (isInside(scene.chain, i)) reach += travelOf(scene, i, links);
   }
   // The way from the ground pin over any pin to the tip is at most as long as the chain.
   const bool isPinned = scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base &&

@@ -19,6 +19,9 @@ bool isInside(const Chain& chain, int joint);
 /// drive's farthest one; on a link that turns a quarter of a length. links: Extent::links.
 Range railOf(const Scene& scene, int slider, double links);
 
+/// The largest |q| on that rail, m.
+double travelOf(const Scene& scene, int slider, double links);
+
 struct Extent {
   explicit Extent(const Scene& scene);
 
