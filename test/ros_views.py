@@ -197,7 +197,7 @@ class Views(unittest.TestCase):
             for k, expected in ((0, 1 + 0.6 * limit), (1, 0.8 * limit)):
                 self.assertAlmostEqual(sum(corner[k] for corner in band) / 6, expected, delta=1e-9)
         coil = corners(self.only(springs, 'rod'))
-        for (a, b), at in (((coil[0], coil[5]), -0.5), ((coil[-4], coil[-2]), 0.2)):
+        for (a, b), at in (((coil[0], coil[5]), -0.5), ((coil[-5], coil[-4]), 0.2)):
             for k, expected in ((0, 1 + 0.6 * at), (1, 0.8 * at)):
                 self.assertAlmostEqual((a[k] + b[k]) / 2, expected, delta=1e-9)
         # A pad on both sides of the block; friction holds it.
