@@ -168,7 +168,7 @@ class Views(unittest.TestCase):
         self.assertGreater(supplied, kinetic)
         self.assertAlmostEqual(supplied - dissipated, kinetic, delta=0.01 * kinetic)
 
-    def test_a_force_along_a_rail_is_a_straight_arrow(self):
+    def test_a_force_in_a_prismatic_joint_is_a_straight_arrow(self):
         # The rail is 2 m long to both sides, so half the view is 1.6 m + 1.25 m. The arrow of the weight is a quarter of that, the arrow of
         # a quarter of the weight half of that. It begins at the carriage's end, three widths of 0.09 · 0.5 m from its middle.
         weight = 3.0 * 9.81

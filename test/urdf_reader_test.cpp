@@ -265,7 +265,7 @@ const std::string cartPole =
     "<dynamics damping='0.1' friction='0.2'/></joint><joint name='hinge' type='continuous'>"
     "<parent link='cart'/><child link='pole'/><origin xyz='0 0.1 0.25'/><axis xyz='0 -1 0'/></joint></robot>";
 
-TEST(Carts, HaveTheRailOfAPrismaticJoint) {
+TEST(Carts, HaveTheAxisOfAPrismaticJoint) {
   const Scene scene =
       sceneOf(cartPole, "links: {cart: {joint: {stiffness: 3}, initial: {position: 0.3, velocity: 1}}}");
   EXPECT_EQ(scene.chain.coordinates().leading(), 1);
