@@ -37,6 +37,7 @@ INSIDE = 0.25  # likewise, of a rail on a link that turns
 ASPECT = 1.27  # of the view in the window of config/planar_chain.rviz
 LONG = 16      # links; a longer chain that falls from rest stays in the lower half of its reach
 TEXT = 0.05    # height of a text, in units of half the height of the view
+TEXT_TOPIC = '/show/energy_%d'  # of each of several chains
 CELLS = 3.75   # least number of grid cells in half the height of the view
 DEFAULT = 2.0  # m: the reach where the scene is refused
 
@@ -48,9 +49,8 @@ def length(links):
 
 def reach(chain):
     """The largest distance of a point of the chain from the first pin, m. Rails on links count."""
-    size, first = length(chain['links']), leading(chain)
-    return size + sum(max(map(abs, rail(link['joint'], q, size, INSIDE)))
-                      for link, q in list(zip(chain['links'], chain['q']))[first:] if 'type' in link['joint'])
+    size, outer = length(chain['links']), list(zip(chain['links'], chain['q']))[leading(chain):]
+    return size + sum(max(map(abs, rail(link['joint'], q, size, INSIDE))) for link, q in outer if 'type' in link['joint'])
 
 
 def range_of(law):
@@ -84,10 +84,9 @@ def root(chain, size):
     ranges = [range_of(base[key]) if base else (0, 0) for key in ('x', 'y')]
     turns = bool(base) and any(range_of(base['angle']))
     for link, q in zip([] if is_free(chain) else chain['links'][:leading(chain)], chain['q']):
-        joint = link['joint']
-        ends = rail(joint, q, size)
+        ends = rail(link['joint'], q, size)
         most = max(map(abs, ends))
-        steps = [(-most, most) if turns else sorted(end * part for end in ends) for part in joint['axis']]
+        steps = [(-most, most) if turns else sorted(end * part for end in ends) for part in link['joint']['axis']]
         ranges = [(low + less, high + more) for (low, high), (less, more) in zip(ranges, steps)]
     return ranges
 
@@ -96,11 +95,8 @@ def highest(chain):
     """The largest initial height of a pin above the first pin of a link that turns, m."""
     angle = height = most = 0.0
     for link, q in list(zip(chain['links'], chain['q']))[leading(chain):]:
-        x, y = link['pin']
-        if 'type' in link['joint']:
-            x, y = x + q * link['joint']['axis'][0], y + q * link['joint']['axis'][1]
-        else:
-            angle += q
+        x, y = (pin + q * along for pin, along in zip(link['pin'], link['joint'].get('axis', (0, 0))))
+        angle += q * ('axis' not in link['joint'])
         height += math.sin(angle) * x + math.cos(angle) * y
         most = max(most, height)
     return most
@@ -121,12 +117,18 @@ def view(chain, scene):
     return ((left + right) / 2 + middle[0], (top + above + bottom - FREE * span) / 2 + middle[1]), max(height, width / ASPECT) / 2
 
 
-def view_of_scene(scene):
-    """The view of a scene, a dict, in its base frame. The node reports what is wrong with a scene."""
+def chain_of(scene):
+    """The chain of a scene, a dict, or None. The node reports what is wrong with a scene."""
     try:
-        return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene)
+        return read_chain('/dev/stdin', yaml.safe_dump(scene))
     except (KeyError, NoChain, OSError, yaml.YAMLError):
-        return (0, 0), FREE * DEFAULT
+        return None
+
+
+def view_of_scene(scene):
+    """The view of a scene in its base frame."""
+    chain = chain_of(scene)
+    return view(chain, scene) if chain else ((0, 0), FREE * DEFAULT)
 
 
 def offset_of(scene):
@@ -136,8 +138,7 @@ def offset_of(scene):
 
 def view_in_world(scene):
     (x, y), half = view_of_scene(scene)
-    dx, dy = offset_of(scene)
-    return (x + dx, y + dy), half
+    return (x + offset_of(scene)[0], y + offset_of(scene)[1]), half
 
 
 def prefix_of(node, scene):
@@ -147,11 +148,8 @@ def prefix_of(node, scene):
 
 def frame_of(node, scene):
     """The frame that the view follows: where a chain that nothing holds has its first pin, without its turns. Else None."""
-    try:
-        chain = read_chain('/dev/stdin', yaml.safe_dump(scene))
-    except (KeyError, NoChain, OSError, yaml.YAMLError):
-        return None
-    return prefix_of(node, scene) + chain['links'][1]['name'] if is_free(chain) else None
+    chain = chain_of(scene)
+    return prefix_of(node, scene) + chain['links'][1]['name'] if chain and is_free(chain) else None
 
 
 def cell(size):
@@ -194,15 +192,11 @@ def for_nodes(config, nodes):
                     name = display[key]
                     display[key] = (node + name[len('planar_chain'):] if name.startswith('planar_chain/') else outer + name)
             if display['Name'] == 'Energy' and len(nodes) > 1:
-                display['Marker Topic'] = text_topic(k)
+                display['Marker Topic'] = TEXT_TOPIC % k
             if display['Name'] == 'Scale' and k > 0:
                 display['Enabled'] = display['Value'] = False  # one is enough
         groups.append({'Class': 'rviz/Group', 'Name': node, 'Enabled': True, 'Value': True, 'Displays': displays})
     manager['Displays'] = shared + (groups if len(nodes) > 1 else groups[0]['Displays'])
-
-
-def text_topic(k):
-    return '/show/energy_%d' % k
 
 
 def relay_texts(nodes, scenes, centre, half):
@@ -211,7 +205,7 @@ def relay_texts(nodes, scenes, centre, half):
     size = TEXT * half / max(1, len(nodes) - 1)
 
     def relay(k, node):
-        out = rospy.Publisher(text_topic(k), MarkerArray, queue_size=2)
+        out = rospy.Publisher(TEXT_TOPIC % k, MarkerArray, queue_size=2)
         dx, dy = offset_of(scenes[k])
         frame = prefix_of(node, scenes[k]) + scenes[k].get('publish', {}).get('base_frame', 'base_link')
 
@@ -294,8 +288,7 @@ def rviz(name, config, arguments, meanwhile=lambda: None):
 
 
 def load(path):
-    with open(path, encoding='utf-8') as file:
-        return yaml.safe_load(file)
+    return yaml.safe_load(pathlib.Path(path).read_text(encoding='utf-8'))
 
 
 def private(name, default):
@@ -311,9 +304,8 @@ def fit_to(config, node, scene):
 
 
 def show_config(path, options, names):
-    node = private('simulation', 'planar_chain')
+    node = rospy.resolve_name(private('simulation', 'planar_chain'))
     config = load(path)
-    node = rospy.resolve_name(node)
     scene = rospy.get_param(node, {})
     fit_to(config, node, scene)
     return rviz(private('title', pathlib.Path(path).stem), config, [*options, *names])
