@@ -144,16 +144,22 @@ class Values(InFolder):
     def test_what_the_random_chains_have(self):
         scenes = [random_scene(seed).to_dict() for seed in range(50)]
         joints = [link["joint"] for scene in scenes for link in scene["links"].values()]
-        slides = [sum(link["joint"].get("type") == "prismatic" for link in scene["links"].values()) for scene in scenes]
+        prismatic = [[i for i, link in enumerate(scene["links"].values()) if link["joint"].get("type") == "prismatic"] for scene in scenes]
         floating = [any(link["joint"].get("type") == "floating" for link in scene["links"].values()) for scene in scenes]
         loads = [load for scene in scenes for load in scene.get("loads", {}).values()]
         counts = {key: sum(key in joint for joint in joints)
                   for key in ("rotor_inertia", "drive", "damping", "stiffness", "friction", "drag", "upper", "motor")}
         counts.update({key: sum(key in load for load in loads) for key in ("frequency", "times", "start", "torque", "force", "moment")})
-        counts.update({"cart": slides.count(1), "plane": slides.count(2), "floating": sum(floating)})
+        inner = [scene["links"][f"link_{i}"]["joint"] for scene, places in zip(scenes, prismatic) for i in places if i != places.index(i)]
+        counts.update({f"{key} of a prismatic joint within": sum(key in joint for joint in inner)
+                       for key in ("rotor_inertia", "drive", "stiffness", "friction", "drag", "upper")})
+        counts.update({"carts": sum(places[:1] == [0] for places in prismatic), "floating": sum(floating)})
         counts.update({key: sum(key in scene for scene in scenes) for key in ("base", "tip", "gravity")})
-        counts["cart on a base that moves"] = sum("base" in scene and s > 0 for scene, s in zip(scenes, slides))
-        counts["tip that slides or floats"] = sum("tip" in scene and (s > 0 or f) for scene, s, f in zip(scenes, slides, floating))
+        for key in ("base", "tip"):
+            counts[f"cart and {key}"] = sum(key in scene and places[:1] == [0] for scene, places in zip(scenes, prismatic))
+            counts[f"prismatic joint within and {key}"] = sum(key in scene and places != [] and places[-1] >= len(places)
+                                                               for scene, places in zip(scenes, prismatic))
+        counts["tip that floats"] = sum("tip" in scene and f for scene, f in zip(scenes, floating))
         self.assertGreaterEqual(min(counts.values()), 2, counts)
 
     def test_modules_that_only_record(self):
@@ -201,13 +207,13 @@ class Values(InFolder):
     def check_near_a_state(self, state, at):
         """A and B by M δq̈ = K δq + D δq̇ + δτ, as the document prints it."""
         of, n, T = linear(state.formulas), len(state.q), state.sums
-        absolute, omega, beta = (x @ T for x in (state.q, state.qd, state.expected["qdd"]))
-        turns = np.arange(n) >= state.formulas.chain.slides  # a slide has the angle and rate of the base
-        base = [float(sp.sympify(x).xreplace(at)) for x in (state.formulas.chain.phi, state.formulas.chain.phid)]
+        x, xd, beta = (each @ T for each in (state.q, state.qd, state.expected["qdd"]))
+        base = [float(sp.sympify(number).xreplace(at)) for number in (state.formulas.chain.phi, state.formulas.chain.phid)]
         at = {**at, **{symbol: sp.Float(float(value)) for symbols, values in (
-            (state.formulas.theta, turns * absolute + base[0]), (state.formulas.omega, turns * omega + base[1]), (of.beta, beta),
-            (state.formulas.phi, state.expected.get("phi", ())))
-                       for symbol, value in zip(symbols, values) if symbol.is_Symbol}}
+            (state.formulas.theta, x + base[0]), (state.formulas.omega, xd + base[1])) for i, (symbol, value) in enumerate(zip(symbols, values))
+                       if i in state.formulas.chain.coordinates.revolute}}
+        at.update({symbol: sp.Float(float(value)) for symbols, values in ((of.beta, beta), (state.formulas.phi, state.expected.get("phi", ())))
+                   for symbol, value in zip(symbols, values)})
 
         def number(matrix):
             return np.array(matrix.xreplace(at).evalf().tolist(), dtype=float)
