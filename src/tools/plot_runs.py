@@ -32,7 +32,7 @@ class Runs:
     """The rows of a CSV of `sweep`: paths and values of what varied; t; q, one column for each joint; failed."""
 
     def __init__(self, header, rows):
-        self.slides = None  # as of a Motion
+        self.prismatic = None  # as of a Motion
         at = header.index("t")
         self.paths, self.joints = header[1:at], [name[2:] for name in header if name.startswith("q_")]
         table = np.array([row[:-1] for row in rows], dtype=float)
@@ -58,7 +58,7 @@ def draw_runs(runs, columns, title, wrap, colour):
     paths = runs.paths[:MOST_PATHS]
     times = np.unique(runs.t[np.isfinite(runs.t)])
     last, whole = runs.t == times[-1], ~np.isnan(runs.q).any(axis=1)
-    turns = np.array([wrap and name not in (runs.slides or ()) for name in runs.joints])
+    turns = np.array([wrap and name not in (runs.prismatic or ()) for name in runs.joints])
     q = runs.q - np.where(turns, 2 * np.pi * np.ceil((runs.q - np.pi) / (2 * np.pi)), 0)
     shape = len(columns), len(paths) + (len(times) > 1)
     figure, axes = pyplot.subplots(*shape, figsize=(1 + PANEL * 1.5 * shape[1], 1 + PANEL * shape[0]), squeeze=False,
