@@ -164,7 +164,7 @@ class State:
             self.formulas = self.formulas.with_numbers()
         self.expected = equations(scene, self.q, self.qd, self.t)
         turns = ~np.array(scene.prismatic)
-        self.sums = np.triu(np.outer(turns, turns)) + np.diag(~turns)  # T, of x
+        self.sums = np.where(np.outer(turns, turns), np.triu(np.ones((len(scene), len(scene)))), np.diag(~turns))  # T, of x
         self.expected["M_ext"][~np.logical_or.accumulate(turns)] = 0  # what does not turn has its moment in no formula
         self.expected["A"], self.expected["B"] = linearize(scene, self.q, self.qd, self.t)
 
