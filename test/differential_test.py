@@ -3,7 +3,7 @@
 
     differential_test.py BIN [COUNT [FIRST]]     BIN is not used; PYTHONPATH finds planar_chain. By hand: COUNT seeds
 
-fuzz/machines.py makes the machines: carts, held tips, moving bases, friction, stops, drag, motors, drives, loads, springs,
+fuzz/machines.py makes the machines: prismatic joints anywhere, held tips, moving bases, friction, stops, drag, motors, drives, loads, springs,
 commands. Each is checked for
 
 - motion       four methods agree, within the tolerance times the growth of errors, which is measured as in chaos_test.py
