@@ -186,7 +186,7 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   for (Note& note : expanded.notes) note.line = urdf.line > 0 ? 0 : note.line;
   for (std::size_t i = robot->floats ? 2 : 0; i < robot->links.size(); ++i) {
     Entry entry{std::move(robot->links[i]), std::move(robot->joints[i])};
-    entry.floats = robot->floats && i == 2;  // append() adds its slides
+    entry.floats = robot->floats && i == 2;  // append() adds its two prismatic joints
     takeBeside(links, entry);
     append(entry, expanded);
   }
@@ -197,10 +197,10 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   return expanded;
 }
 
-/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J of a slide is
-/// the mass from there outwards, otherwise the moment of inertia about the joint of all links from there
-/// outwards, stretched. With M = Σ m and S = Σ m ρ of the links outwards, at the distances ρ from their inner
-/// pin, a pin p further in:
+/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J of a
+/// prismatic joint is the mass from there outwards, otherwise the moment of inertia about the joint of all
+/// links from there outwards, stretched. With M = Σ m and S = Σ m ρ of the links outwards, at the distances ρ
+/// from their inner pin, a pin p further in:
 ///
 ///     J ← J + 2 |p| S + |p|² M        S ← S + |p| M
 ///
@@ -346,8 +346,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   const long long seed = readSeed(top);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
-  if (chain && chain->coordinates().leading() > 0)
-    refuseBesideTypes(top, *chain, expanded->isFloating, loads);
+  if (chain && chain->coordinates().leading() > 0) refuseBesideTypes(top, *chain, loads);
   std::optional<TipLaws> tip = chain ? takeTip(top, *chain, expanded->drives) : takeTip(top);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
