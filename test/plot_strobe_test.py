@@ -114,7 +114,8 @@ class Strobe(PlotTool):
         motion = plot_read.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
         links = plot_strobe.Links.__new__(plot_strobe.Links)
         links.moves, links.pinned, links.joints, links.pin, links.com = False, False, ["a"], np.array([-2j]), np.array([-1j])
-        links.axis, links.leading, links.carts, links.inner, links.limits = np.zeros(1), 0, 0, np.array([], dtype=int), np.full((1, 2), np.nan)
+        links.axis, links.leading, links.carts = np.zeros(1), 0, 0
+        links.inner, links.limits = np.array([], dtype=int), np.full((1, 2), np.nan)
         for apart in (0.0, 5.0):
             figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
             axes, bar = figure.axes

@@ -17,7 +17,7 @@ import rospy
 from planar_chain.msg import CommandTaken, SimStatus
 from sensor_msgs.msg import JointState
 
-from plot_tool import BIN, JOINTS, SCENE, SCENES, PlotTool, plot, plot_read, plot_strobe
+from plot_tool import BIN, JOINTS, SCENE, SCENES, PlotTool, plot, plot_read, plot_runs, plot_strobe
 
 
 class Plot(PlotTool):
@@ -241,6 +241,12 @@ class Plot(PlotTool):
         motion = plot.read_bag(bag, None)
         motion.q[:, 0] += 10
         np.testing.assert_array_equal(motion.curves(0, wrap=True)[1], motion.q[:, 0])
+
+    def test_a_number_of_a_prismatic_joint_has_its_unit(self):
+        for path, units in (("links/a/mass", ["kg"] * 3), ("links/a/joint/damping", ["N m s/rad", "N s/m", "N m s/rad or N s/m"]),
+                            ("links/a/joint/rotor_inertia", ["kg m²", "kg", "kg m² or kg"]), ("links/a/inertia", ["kg m²"] * 3),
+                            ("links/a/initial/velocity", ["rad/s", "m/s", "rad/s or m/s"]), ("links/a/initial/position", ["m"] * 3)):
+            self.assertEqual([plot_runs.with_unit(path, links) for links in (["b"], ["a"], None)], [f"{path} ({unit})" for unit in units])
 
     def test_a_phase_portrait_wraps_what_passes_half_a_turn(self):
         phase = next(axes for axes in plot.draw(self.turning(), [0], "turning", False).axes if axes.get_title())

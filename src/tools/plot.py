@@ -180,7 +180,7 @@ def main():
         columns = chosen(motion, given.joints)
         if given.scene is not None:
             links = links_of("--scene", given.scene, motion)
-            motion.prismatic = [name for name, axis in zip(links.joints, links.axis) if axis != 0]
+            motion.prismatic, motion.links = ([name for name, axis in zip(names, links.axis) if axis != 0] for names in (links.joints, links.names))
         title = os.path.basename(given.file)
         if (given.at or given.apart is not None) and given.strobe is None:
             raise Refused("--at and --apart: expected --strobe SCENE beside them, got nothing")

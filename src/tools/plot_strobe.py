@@ -20,7 +20,7 @@ BOX = [-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j, -1 - 1j]  # on it, at the point of the 
 
 
 class Links:
-    """pin, com: of each link in chain order, complex, m. joints: names. moves: the base does. axis: of a prismatic joint in the frame
+    """pin, com: of each link in chain order, complex, m. names; joints: theirs. moves: the base does. axis: of a prismatic joint in the frame
     of the link before, complex; 0 of others. leading: how many prismatic joints are first. carts: the same, or 0 for a free chain.
     inner: the prismatic joints further on. limits: lower and upper ones, m. pinned: the tip is."""
 
@@ -30,7 +30,7 @@ class Links:
         links = chain["links"]
         self.joints = [link["joint"]["name"] for link in links]
         self.axis = np.array([complex(*link["joint"].get("axis", (0, 0))) for link in links])
-        names = [link["name"] for link in links]
+        self.names = names = [link["name"] for link in links]
         self.leading = int(np.argmax(np.append(self.axis, 0) == 0))
         self.inner = np.flatnonzero(self.axis[self.leading:]) + self.leading
         self.limits = np.array([[link["joint"].get(key) for key in ("lower", "upper")] for link in links], dtype=float)  # NaN: none

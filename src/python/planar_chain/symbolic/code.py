@@ -69,8 +69,9 @@ class Code:
             lines += ["     of a prismatic joint: its displacement, m, and m/s; its row of f is a force, N"]
         lines += [f"{name:4} {MEANINGS[name]}" for name in self.outputs]
         lines += ["", f"{n} joint{'s' if n > 1 else ''}, from the ground outwards:"]
-        lines += [f"  {i}  {joint}, of the link {link}" + (", prismatic" if i - 1 in of.chain.coordinates.prismatic else "") + (", driven: its q and qd must be those of its law" if i - 1 in of.driven else "")
-                  for i, (joint, link) in enumerate(zip(of.joints, of.links), 1)]
+        for i, (joint, link) in enumerate(zip(of.joints, of.links)):
+            lines.append(f"  {i + 1}  {joint}, of the link {link}" + ", prismatic" * (i in of.chain.coordinates.prismatic)
+                         + ", driven: its q and qd must be those of its law" * (i in of.driven))
         if of.driven:
             lines += ["f of a driven joint contains the torque that its drive gives."]
         if of.tau.has(sp.sign):

@@ -271,5 +271,5 @@ class Document:
         blocks = [self.block(self.matrix(*named)) for named in ((r"K_\theta", of.K_theta), (r"D_\theta", of.D_theta),
                                                                 (r"K_\tau", of.K_tau), (r"D_\tau", of.D_tau),
                                                                 ("K_c", of.K_c), ("D_c", of.D_c))]
-        return ("\\subsection*{Near a state}\n" + (CLOSED_NEAR_A_STATE if self.of.chain.rows else NEAR_A_STATE) + remark.lstrip() + "\n" + "\n".join(blocks) +
-                "\nA matrix that is not printed is zero.\n")
+        rules = CLOSED_NEAR_A_STATE if self.of.chain.rows else NEAR_A_STATE
+        return "\n".join(["\\subsection*{Near a state}", rules + remark.lstrip(), *blocks, "A matrix that is not printed is zero.\n"])
