@@ -1,7 +1,7 @@
-"""Vibrations about an equilibrium: M δq̈ + D δq̇ + K δq = 0, from A and B of linearize().
+"""Vibrations about an equilibrium: M δq̈ + D δq̇ + K δq = 0. K and D are −M times the blocks of A of linearize().
 
-With the motions z that are left, δq = N z, and B = L Lᵀ the inverse of their mass matrix, z = L y gives
-ÿ + D̃ ẏ + K̃ y = 0, K̃ = Lᵀ K L symmetric. Its eigenvectors are the modes without damping. In them the poles s are those of
+With the motions z that are left, δq = N z, and L Lᵀ the inverse of their mass matrix, z = L y gives ÿ + D̃ ẏ + K̃ y = 0,
+K̃ = Lᵀ K L symmetric. (L⁻¹ A L is the same, but loses half of the digits of low modes of stiff chains.) Its eigenvectors are the modes without damping. In them the poles s are those of
 
     d/dt [w η, η̇] = [[0, w], [−λ/w, −Vᵀ D̃ V]] [w η, η̇],    w² = |λ|,    of which all entries are about as large as s."""
 
@@ -60,22 +60,23 @@ def modes(scene, q=None, t=0.0):
     q = equilibrium(scene, t=t) if q is None else np.array(q, dtype=float)
     rest = np.zeros(len(scene))
     try:
+        at = equations(scene, q, rest, t)
+        q = at["q"]  # to which a closed chain is moved
         A, B = linearize(scene, q, rest, t)
-        held = equations(scene, q, rest, t).get("J_c", np.zeros((0, len(scene))))
         torques = inverse_dynamics(scene, rest, q, rest, t)
     except Refused as refused:
         if not str(refused).startswith("qd"):
             raise
         raise ValueError(f"expected drives, base and tip at rest at t = {t:g} s, got a motion ({refused})") from None
     n = len(scene)
-    K, D, B = -A[n:, :n], -A[n:, n:], B[n:]
-    N = motions_left(B, held)
+    K, D, B = -at["M"] @ A[n:, :n], -at["M"] @ A[n:, n:], B[n:]
+    N = motions_left(B, at.get("J_c", np.zeros((0, n))))
     if N.shape[1] == 0:
         raise ValueError("expected a chain that can move, got one whose joints are all held, by friction or drives")
     L = np.linalg.cholesky(N.T @ B @ N)
-    K, D = (np.linalg.solve(L, N.T @ X @ N @ L) for X in (K, D))
-    require_equilibrium(scene, N, L, K, N.T @ torques)
-    poles, y, is_damped = poles_of(K, D)
+    K, D = N.T @ K @ N, N.T @ D @ N
+    require_equilibrium(scene, N, N.T @ at["M"] @ N, K, N.T @ torques)
+    poles, y, is_damped = poles_of(L.T @ K @ L, L.T @ D @ L)
     return Modes(q, scene.joints, poles, N @ L @ y, is_damped)
 
 
@@ -86,10 +87,9 @@ def motions_left(B, held):
     return N @ np.linalg.svd(J)[2][len(J):].T if len(J) else N
 
 
-def require_equilibrium(scene, N, L, K, left):
-    """left: the torques that would hold the motions left."""
-    back = np.linalg.inv(L)
-    most = NEAR * abs(back.T @ K @ back).max() + STARTS * abs(back.T @ back).max()
+def require_equilibrium(scene, N, M, K, left):
+    """M, K: of the motions left. left: the torques that would hold them."""
+    most = NEAR * abs(K).max() + STARTS * abs(M).max()
     if not abs(left).max() <= most:
         torque = N @ left
         j = np.argmax(abs(torque))
