@@ -325,8 +325,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   const long long seed = readSeed(top);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
-  if (chain && chain->coordinates().leading() > 0)
-    refuseBesideTypes(top, *chain, expanded->isFloating, loads);
+  if (chain && chain->coordinates().leading() > 0) refuseBesideTypes(top, *chain, loads);
   std::optional<TipLaws> tip = chain ? takeTip(top, *chain, expanded->drives) : takeTip(top);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
