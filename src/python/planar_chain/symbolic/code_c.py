@@ -80,8 +80,8 @@ def c_code(formulas, name, source, linearize=False):
     if code.letters:
         lines += parameters(code)
     lines += [f"void {signature(code, output)};" for output in code.outputs] + [""]
-    turning = code.n - code.program.slides
-    lines += rotations(turning).splitlines() + [""]
+    if code.program.angles:
+        lines += rotations(len(code.program.angles)).splitlines() + [""]
     for output in code.outputs:
         lines += [f"void {signature(code, output)}", "{", *(f"  {line}" for line in body(code, output)), "}", ""]
     return "\n".join(lines)
@@ -122,7 +122,7 @@ def statements(code, output):
                 angles = [code.text(angle) for angle in code.program.angles]
                 lines += [f"const double angles[{len(angles)}] = {{{', '.join(angles)}}};",
                           f"double cosines[{len(angles)}], sines[{len(angles)}];", "rotations(angles, cosines, sines);"]
-            k = int(name[4:]) - 1 - code.program.slides
+            k = code.program.coordinates.revolute.index(int(name[4:]) - 1)
             lines.append(f"const double {name} = {'cosines' if name[0] == 'c' else 'sines'}[{k}];")
         else:
             lines.append(f"const double {name} = {text};")
