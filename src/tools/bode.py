@@ -22,7 +22,8 @@ except ImportError as missing:
     sys.exit(f"bode: {missing}")
 
 POINTS, MOST_POINTS = 400, 100000
-AROUND, FAR, WIDE = 10.0, 1e4, 1e-9  # times the lowest and highest pole that are drawn; the highest, of the lowest; a pole of 0, of the highest
+AROUND, FAR = 10.0, 1e4  # times the lowest and highest pole that are drawn; the highest, of the lowest
+FREE = 1e-9              # of the largest pole: less counts as 0
 ROUNDING = 1e-12  # of the terms whose sum it is
 NEAR_POLES = 1 + np.concatenate([sign * np.logspace(-4, -1, 10) for sign in (1, -1)])
 
@@ -32,19 +33,23 @@ def arguments():
     parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--input", nargs="+", required=True, metavar="INPUT", help="such as a joint, whose torque it is")
     parser.add_argument("--output", nargs="+", required=True, metavar="OUTPUT", help="such as JOINT/position")
-    parser.add_argument("--q", metavar="A,B,…", help="angles, rad, m for prismatic joints (default: the equilibrium of `equations --equilibrium`)")
+    parser.add_argument("--q", metavar="A,B,…",
+                        help="angles, rad, m for prismatic joints (default: the equilibrium of `equations --equilibrium`)")
     parser.add_argument("--from", dest="first", type=float, metavar="HZ", help="lowest frequency (default: a tenth of the lowest pole)")
-    parser.add_argument("--to", dest="last", type=float, metavar="HZ", help=f"highest frequency (default: ten times the highest pole, at most {FAR:g} times --from)")
-    parser.add_argument("--points", type=int, default=POINTS, metavar="N", help=f"frequencies, evenly on a logarithmic scale (default: {POINTS}); poles have more")
+    parser.add_argument("--to", dest="last", type=float, metavar="HZ",
+                        help=f"highest frequency (default: ten times the highest pole, at most {FAR:g} times --from)")
+    parser.add_argument("--points", type=int, default=POINTS, metavar="N",
+                        help=f"frequencies, evenly on a logarithmic scale (default: {POINTS}); poles have more")
     parser.add_argument("--plot", metavar="FILE", help="a .png, .svg or .pdf")
-    parser.add_argument("--csv", metavar="FILE", help="frequency (Hz), then magnitude (dB) and phase (degrees) of each pair; -: standard output (default without --plot)")
+    parser.add_argument("--csv", metavar="FILE", help="frequency (Hz), then magnitude (dB) and phase (degrees) of each pair; -: standard "
+                                                      "output (default without --plot)")
     return parser.parse_args()
 
 
 def frequencies(A, given):
     """In rising order, Hz; beside poles with little damping they are close."""
     poles = np.linalg.eigvals(A)
-    size = abs(poles)[abs(poles) > WIDE * abs(poles).max()] / (2 * np.pi)
+    size = abs(poles)[abs(poles) > FREE * abs(poles).max()] / (2 * np.pi)
     size = size if len(size) else np.array([1.0])
     first = size.min() / AROUND if given.first is None else given.first
     last = min(size.max() * AROUND, first * FAR) if given.last is None else given.last

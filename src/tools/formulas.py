@@ -35,7 +35,8 @@ def arguments():
     parser.add_argument("--numbers", action="store_true", help="the scene's numbers in place of letters")
     parser.add_argument("--linearize", action="store_true", help="also A and B")
     parser.add_argument("--output", metavar="FILE", help="where it is written; functions are named after it (default, or -: standard "
-                                                         "output, named after the scene). FILE.c has the header FILE.h beside it, a page in latex has the picture "
+                                                         "output, named after the scene). FILE.c has the header FILE.h beside it, "
+                                                         "a page in latex the picture "
                                                          "FILE_chain.pdf beside it, FILE without its ending")
     given = parser.parse_args()
     given.output = None if given.output == "-" else given.output

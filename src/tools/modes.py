@@ -23,13 +23,14 @@ except ImportError as missing:
 MOST = 12  # panels
 COLUMNS, PANEL = 4, 2.6  # inch
 SWING, BEND, FREE = 0.2, 0.6, 0.08  # of the reach: the way of the pin that moves most; rad: most in a joint; of the drawing, around it
-AT_REST, FORTH, BACK = {"color": "#7F7F7F", "alpha": 0.8, "zorder": 2}, {"color": "#0072B2"}, {"color": "#D55E00"}
+AT_REST, FORTH, BACK = {"color": "#7F7F7F"}, {"color": "#0072B2"}, {"color": "#D55E00"}
 
 
 def arguments():
     parser = Parser(prog="modes", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
-    parser.add_argument("--q", metavar="A,B,…", help="the equilibrium, rad, m for prismatic joints (default: that of `equations --equilibrium`)")
+    parser.add_argument("--q", metavar="A,B,…",
+                        help="the equilibrium, rad, m for prismatic joints (default: that of `equations --equilibrium`)")
     parser.add_argument("--plot", metavar="FILE", help=f"a .png, .svg or .pdf with the first {MOST} modes")
     return parser.parse_args()
 
@@ -40,7 +41,7 @@ def deflections(links, q, shapes):
     reach = np.sum(abs(links.pin)) or 1.0
     small = 1e-4
     way = [abs(np.subtract(*pins(links, np.zeros((2, 3)), np.array([q + small * shape, q]))[0])).max() / small for shape in shapes.T]
-    turn = np.abs(np.where(links.rail[:, np.newaxis] == 0, shapes, 0)).max(axis=0)
+    turn = np.abs(np.where(links.axis[:, np.newaxis] == 0, shapes, 0)).max(axis=0)
     return shapes * np.minimum(SWING * reach / np.maximum(way, 1e-300), BEND / np.maximum(turn, 1e-300))
 
 
@@ -56,14 +57,15 @@ def draw(scene, mode, title):
     import matplotlib  # pylint: disable=import-outside-toplevel
     matplotlib.use("Agg")
     from matplotlib import pyplot  # pylint: disable=import-outside-toplevel
-    from plot_strobe import Links, draw_instant, is_aside, pins  # pylint: disable=import-outside-toplevel
+    from plot_strobe import Links, axes_of, draw_instant, is_aside, pins, spans_of  # pylint: disable=import-outside-toplevel
     links = Links(scene)
     count = min(MOST, len(mode.kinds))
     a = deflections(links, mode.q, mode.shapes.real[:, :count])
     # Rows of pins(): at rest, then forth and back of each mode.
     q = np.vstack([mode.q, *(mode.q + sign * a[:, k] for k in range(count) for sign in (1, -1))])
-    poses = list(zip(*pins(links, np.zeros((len(q), 3)), q)))
-    drawn = np.concatenate([np.concatenate(pose) for pose in poses])
+    base = np.zeros((len(q), 3))
+    poses = list(zip(*pins(links, base, q), axes_of(links, base, q, spans_of(links, q))))
+    drawn = np.concatenate([part.ravel() for pose in poses for part in pose])
     aside = np.flatnonzero(is_aside(links, np.sum(abs(links.pin))))
     rows, columns = -(-count // COLUMNS), min(count, COLUMNS)
     figure, panels = pyplot.subplots(rows, columns, figsize=(PANEL * columns, PANEL * rows + 0.4), squeeze=False, constrained_layout=True)

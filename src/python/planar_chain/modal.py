@@ -1,7 +1,8 @@
 """Vibrations about an equilibrium: M δq̈ + D δq̇ + K δq = 0. K and D are −M times the blocks of A of linearize().
 
 With the motions z that are left, δq = N z, and L Lᵀ the inverse of their mass matrix, z = L y gives ÿ + D̃ ẏ + K̃ y = 0,
-K̃ = Lᵀ K L symmetric. (L⁻¹ A L is the same, but loses half of the digits of low modes of stiff chains.) Its eigenvectors are the modes without damping. In them the poles s are those of
+K̃ = Lᵀ K L symmetric. (L⁻¹ A L is the same, but loses half of the digits of low modes of stiff chains.) Its eigenvectors are the
+modes without damping. In them the poles s are those of
 
     d/dt [w η, η̇] = [[0, w], [−λ/w, −Vᵀ D̃ V]] [w η, η̇],    w² = |λ|,    of which all entries are about as large as s."""
 

@@ -167,7 +167,7 @@ class Plant:
         if thing == "base" and what in BASE:
             axis = BASE.index(what)
             self.refuse_beside(path, ["base", "drag", "springs", "tip"] + ["loads"] * (axis == 2))
-            return -sum((I @ (a[:, 2, 3:] * a[:, 2, axis:axis + 1]) for I, a in self.inertia), np.zeros(self.n)), axis, None
+            return self.carried(2, axis), axis, None
         if what not in FORCES:
             known = [*self.scene.joints, *("base/" + axis for axis in BASE)]
             raise ValueError(f"{path}: expected a joint, base/x, base/y, base/angle, or a link with /force_x, /force_y or /moment, "
@@ -227,7 +227,7 @@ class Plant:
         for k, axis in enumerate(bases):
             of_x[0, axis, 2 * n + k] = of_x[1, axis, 2 * n + len(bases) + k] = 1
             of_x[2, 3:, 2 * n + k] = self.B @ self.weight(axis)
-            of_x[2, 3:, 2 * n + len(bases) + k] = -self.B @ sum((I @ (a[:, 2, 3:] * a[:, 1, axis:axis + 1]) for I, a in self.inertia), np.zeros(n))
+            of_x[2, 3:, 2 * n + len(bases) + k] = self.B @ self.carried(1, axis)
         for k, (torques, axis, _) in enumerate(inputs):
             of_u[2, 3:, k] = self.B @ torques
             if axis is not None:
@@ -245,9 +245,13 @@ class Plant:
                     D[i, j] -= force[1 + pin[1]]
         return A, B, C, D
 
+    def carried(self, order, axis):
+        """The torques of the inertia of a base that moves: by a unit of its velocity (1) or acceleration (2)."""
+        return -sum(I @ (a[:, 2, 3:] * a[:, order, axis:axis + 1]) for I, a in self.inertia)
+
     def weight(self, axis):
         """The torques of weights by which a base that is displaced changes those in the joints: only if it turns."""
         if axis < 2:
             return np.zeros(self.n)
         x, y = self.scene.gravity
-        return sum((I[0] * (x * -a[1, 2, 3:] + y * a[0, 2, 3:]) for I, a in self.inertia), np.zeros(self.n))
+        return sum(I[0] * (x * -a[1, 2, 3:] + y * a[0, 2, 3:]) for I, a in self.inertia)
