@@ -362,6 +362,21 @@ class Tool(InFolder):
         self.assertEqual(run.returncode, status, run.stderr)
         return run.stdout + run.stderr
 
+    def test_code_in_c_has_a_header_for_c_and_cpp(self):
+        for more, argument in (((), "&two_scene, "), (("--numbers",), "")):
+            self.assertEqual(self.tool("double_pendulum", "--format", "c", "--linearize", "--output", "two.c", *more), "written to two.c and two.h\n")
+            with open(self.path("main.cpp"), "w", encoding="ascii") as file:
+                file.write('#include "two.h"\n#include "two.h"\nint main() {\n  double q[2] = {1, 2}, qd[2] = {}, M[2][2], A[4][4];\n'
+                           f"  two_M({argument}0, q, qd, M);\n  two_A({argument}0, q, qd, A);\n  return M[0][1] == M[1][0] && A[0][2] == 1 ? 7 : 1;\n}}\n")
+            for command in (["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-include", "two.h", "-c", "-o", "alone.o", "-x", "c", "/dev/null"],
+                            ["gcc", "-std=c99", "-c", "two.c"], ["g++", "-Wall", "-Wextra", "-Werror", "main.cpp", "two.o", "-o", "two", "-lm"]):
+                subprocess.run(command, check=True, cwd=self.folder)
+            self.assertEqual(subprocess.run([self.path("two")], check=False).returncode, 7)
+        with open(self.path("own.h"), "w", encoding="ascii") as file:
+            file.write("int own;\n")
+        self.assertIn("--output: expected no file own.h, which would be the header of own.c, got one",
+                      self.tool("double_pendulum", "--format", "c", "--output", "own.c", status=2))
+
     def test_code_is_named_after_its_file(self):
         self.tool("double_pendulum", "--format", "c", "--linearize", "--output", "two.c")
         with open(self.path("two.c"), encoding="utf-8") as file:

@@ -210,7 +210,8 @@ class Environments(unittest.TestCase):
         rows, columns = np.nonzero((picture != 255).any(axis=2))
         self.assertLess(abs(rows - 50).max(), 4)
         self.assertTrue(45 < columns.min() < 50 and 95 < columns.max() < 99, (columns.min(), columns.max()))
-        self.assertIsNone(Spin({"rod_joint": 1.0}).render())
+        with self.assertRaisesRegex(ValueError, r'^render: expected Spin\(…, render_mode="rgb_array"\), got one without a render_mode$'):
+            Spin({"rod_joint": 1.0}).render()
         with self.assertRaisesRegex(ValueError, "render_mode: expected None or rgb_array, got 'human'"):
             Spin({"rod_joint": 1.0}, render_mode="human")
 

@@ -17,7 +17,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from chain import NoChain  # noqa: E402
-from files import BadOutput, require_outputs, save_picture, scene_file, words_of  # noqa: E402
+from files import BadOutput, require_outputs, require_picture, save_picture, scene_file, words_of  # noqa: E402
 from plot_panels import STILL, UNKNOWN, give_height, kinds, label_axis, panels  # noqa: E402
 from plot_read import Refused, read_bag, read_csv, require_file  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
@@ -168,8 +168,7 @@ def main():
     output = given.file + ".png" if given.output is None else given.output
     try:
         require_file(given.file)
-        if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
-            raise Refused(f"--output: expected a name that ends in .png, .svg or .pdf, got {output}")
+        require_picture("--output", output)
         if given.node is not None and not given.file.endswith(ENDINGS):
             raise Refused(f"--node: expected a bag beside it, got {given.file}")
         require_outputs([("--output", output)], [given.file, *map(scene_file, filter(None, (given.scene, given.strobe)))])

@@ -157,10 +157,10 @@ class Environment(Env):
         return self._simulation.q, self._simulation.qd
 
     def render(self, size=400):  # pylint: disable=arguments-differ
-        """Returns the chain as size × size × 3 bytes, red, green, blue: the ground pin in the middle, y upwards. Without
-        render_mode it returns None."""
+        """Returns the chain as size × size × 3 bytes, red, green, blue: the ground pin in the middle, y upwards. It
+        needs render_mode, and no matplotlib."""
         if self.render_mode is None:
-            return None
+            raise ValueError(f'render: expected {type(self).__name__}(…, render_mode="rgb_array"), got one without a render_mode')
         motions, pins = self._simulation.link_motions(), self.scene.pins
         angle = motions["angle"][-1]
         tip = motions["inner_pin"][-1] + [np.cos(angle) * pins[-1, 0] - np.sin(angle) * pins[-1, 1],
