@@ -1,6 +1,6 @@
 /// Chains with prismatic joints: carts, planes, arms that slide out of each other.
 ///
-///     trajectories      against dense equations of Lagrange (reference/ends/make.py), by four methods
+///     trajectories      against dense equations of Lagrange (reference/ends/make.py), by five methods
 ///     cart and pole     ω² = (m_c + m) g/(m_c l), and the textbook's A and B
 ///     inclined rail     a chain at right angles to it keeps its angles, s̈ = −g sin β
 ///     everything else   q̈ and A agree with kane.h, and the energy balance closes
@@ -101,7 +101,7 @@ TEST_P(Trajectory, AgreesWithDenseEquations) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(By, Trajectory, testing::Values("auto", "dop853", "rodas5p", "radau13"));
+INSTANTIATE_TEST_SUITE_P(By, Trajectory, testing::Values("auto", "dop853", "taylor", "rodas5p", "radau13"));
 
 // ---- Known answers ---------------------------------------------------------------------------------
 
@@ -236,7 +236,26 @@ TEST_P(FreeChains, KeepTheirMomenta) {
   EXPECT_NEAR(momentaOf(scene, simulation)[0] - before[0], 0.5, 1e-5);
 }
 
-INSTANTIATE_TEST_SUITE_P(By, FreeChains, testing::Values("auto", "dopri5", "dop853", "rodas5p", "radau13"));
+INSTANTIATE_TEST_SUITE_P(By, FreeChains,
+                         testing::Values("auto", "dopri5", "dop853", "taylor", "rodas5p", "radau13"));
+
+/// A base changes what the coordinates of a free chain are measured from, and nothing else. After a second
+/// this one is back at 0.
+TEST(FreeChain, MovesTheSameBesideABaseThatMoves) {
+  const auto scene = [](const std::string& initial, const std::string& base) {
+    return readSceneText(
+        "chain: [a, b]\nlinks:\n  a: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], joint: "
+        "{type: floating}, initial: {angle: -1" +
+        initial + "}}\n  b: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0]}\n" + base);
+  };
+  // The rates of the base at t = 0: 2π 0.1 m/s, 2π 0.5 0.3 rad/s.
+  Simulation free(scene(", linear_velocity: [0.62831853071795865, 0], velocity: 0.94247779607693797", ""));
+  Simulation beside(
+      scene("", "base: {x: {amplitude: 0.1, frequency: 1}, angle: {amplitude: 0.3, frequency: 0.5}}\n"));
+  ASSERT_TRUE(free.advanceTo(1) && beside.advanceTo(1));
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(beside.q()[i], free.q()[i], 1e-8) << i;
+  EXPECT_NEAR(beside.energy().kinetic, free.energy().kinetic, 1e-6);
+}
 
 TEST(FreeChain, SpinsWithTheFrequenciesOfAlgorithms) {
   // Stretched and spinning at Ω = 1. What the bends q_2 … q_n and all rates do is autonomous: their part of A
