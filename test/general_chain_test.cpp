@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/pose.h"
+#include "recursion/pose.h"
 #include "lanes/kernel.h"
 #include "lanes/short_chain.h"
 #include "random_scene.h"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "dense_chain.h"
-#include "dynamics/pose.h"
+#include "recursion/pose.h"
 #include "recursion/force_tangent.h"
 #include "recursion/general_linearized.h"
 #include "recursion/general_recursion.h"

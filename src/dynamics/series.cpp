@@ -10,7 +10,7 @@ namespace planar_chain {
 bool Dynamics::hasSeries() const {
   const bool isMixed = mechanism_.coordinates().anyIsPrismatic();
   const std::size_t tips = !isMixed && holdsTip() ? 1 : 0;
-  const bool couples = effects_.couplers().size() > tips || effects_.anyForces(&Forces::dependOnMotion);
+  const bool couples = effects_.couplers().size() > tips;
   return MotionSeries::areFor(mechanism_.chain()) && effects_.haveSeries() &&
          !((isMixed || holdsTip()) && couples);
 }

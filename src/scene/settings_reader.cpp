@@ -93,8 +93,7 @@ void requireSeries(const Scene& scene, const Section& top) {
   for (const EffectKind* kind : effectKinds()) {
     const std::unique_ptr<Effect> effect = kind->make(scene);
     if (!effect) continue;
-    const bool couples = effect->coupler() ? isMixed || !effect->coupler()->holdsTip()
-                                           : effect->forces() && effect->forces()->dependOnMotion();
+    const bool couples = effect->coupler() && (isMixed || !effect->coupler()->holdsTip());
     if (effect->hasSeries() && !(couples && (isMixed || scene.tip))) continue;
     SceneWords words;
     kind->summarize(scene, words);
