@@ -18,7 +18,8 @@ namespace {
 const char* moves =
     "base: {x: {amplitude: 0.2, frequency: 1.1, phase: 0.4}, angle: {amplitude: 0.6, frequency: 0.8}}\n";
 const char* rails =
-    "  x: {mass: 2, pin: [0.2, -0.1], inertia: 0.4, drag: 0.7, joint: {type: prismatic, axis: [1, 0.5]},\n"
+    "  x: {mass: 2, pin: [0.2, -0.1], inertia: 0.4, drag: {coefficient: 0.7, point: [0.3, 0.4]}, joint: "
+    "{type: prismatic, axis: [1, 0.5]},\n"
     "      initial: {position: 0.2, velocity: 1}}\n";
 const char* slider =
     "  s: {mass: 0.7, inertia: 0.1, pin: [0.3, 0.1], drag: {coefficient: 0.4, point: [0.1, 0.2]},\n"

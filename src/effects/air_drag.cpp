@@ -13,9 +13,9 @@ class AirDrags : public PointForces {
   explicit AirDrags(const Chain& chain) : PointForces(chain) {
     for (int j = 0; j < chain.size(); ++j) {
       const Link& link = chain.links()[index(j)];
-      const double c = link.others.of("drag");
+      const auto [c, point] = airDragOf(link);
       if (c <= 0) continue;
-      add({j, link.others.has(x) ? Vec2d{link.others.of(x), link.others.of(y)} : link.com});
+      add({j, point});
       coefficients_.push_back(c);
     }
   }
@@ -79,6 +79,11 @@ class AirDragKind : public EffectKind {
 };
 
 }  // namespace
+
+AirDrag airDragOf(const Link& link) {
+  const NamedNumbers& has = link.others;
+  return {has.of("drag"), has.has(x) ? Vec2d{has.of(x), has.of(y)} : link.com};
+}
 
 const EffectKind& airDragKind() {
   static const AirDragKind kind;

@@ -10,6 +10,13 @@
 
 namespace planar_chain {
 
+/// c, N s²/m², 0 if there is no drag; and the point, link frame.
+struct AirDrag {
+  double coefficient;
+  Vec2d point;
+};
+AirDrag airDragOf(const Link& link);
+
 /// Of the key `drag` of links: `drag` in Link::others; its point is `drag/point/0`, `drag/point/1`, or the
 /// centre of mass.
 const EffectKind& airDragKind();

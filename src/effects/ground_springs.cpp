@@ -73,9 +73,11 @@ class GroundSprings : public PointForces, public Switching {
     const GroundSpring& spring = springs_[i];
     const Line line(spring, at);
     const double k = spring.stiffness, d = spring.damping;
+    if (spring.restLength == 0) {
+      return {-k * (at.place - spring.ground) - d * at.velocity, d * dot(at.velocity, at.velocity)};
+    }
     if (states_[i] == State::slack) return {};
     if (states_[i] == State::relaxes) return {{}, -k * line.stretch * line.rate};
-    if (line.L == 0) return {-d * at.velocity, d * dot(at.velocity, at.velocity)};
     return {-line.pull(spring) * line.u, d * line.rate * line.rate};
   }
 
@@ -138,11 +140,8 @@ class GroundSprings : public PointForces, public Switching {
     const Line line(spring, at);
     const auto& [L, stretch, rate, u] = line;
     const double k = spring.stiffness, d = spring.damping;
-    if (states_[i] == State::slack) return {};
-    if (L == 0) {
-      const double held = spring.restLength > 0 ? 0 : k;
-      return {{-held, 0, 0, -held}, {-d, 0, 0, -d}, {}, 2 * d * at.velocity};
-    }
+    if (spring.restLength == 0) return {{-k, 0, 0, -k}, {-d, 0, 0, -d}, {}, 2 * d * at.velocity};
+    if (states_[i] == State::slack || L == 0) return {};
     const Vec2d w = 1 / L * (at.velocity - rate * u);  // ∂L̇/∂x
     if (states_[i] == State::relaxes) return {{}, {}, -k * (rate * u + stretch * w), -k * stretch * u};
     const double across = line.pull(spring) / L;
@@ -203,7 +202,9 @@ class GroundSpringKind : public EffectKind {
       if (!in.has("stiffness")) in.fault("stiffness", "a number" + stiffness(spring).which);
       in.take("stiffness", stiffness(spring), spring.stiffness);
       in.take("damping", damping_, spring.damping);
-      in.take("rest_length", length_, spring.restLength);
+      if (spring.goesSlack && !in.has("rest_length"))
+        in.fault("rest_length", "a number" + restLength(spring).which);
+      in.take("rest_length", restLength(spring), spring.restLength);
       Link alone;
       alone.springs = {spring};
       std::vector<Fault> faults;  // reported above
@@ -220,7 +221,7 @@ class GroundSpringKind : public EffectKind {
       }
       stiffness(spring).check(faults, path + "stiffness", spring.stiffness);
       damping_.check(faults, path + "damping", spring.damping);
-      length_.check(faults, path + "rest_length", spring.restLength);
+      restLength(spring).check(faults, path + "rest_length", spring.restLength);
     }
   }
 
@@ -264,11 +265,15 @@ class GroundSpringKind : public EffectKind {
   const NumberRule& stiffness(const GroundSpring& spring) const {
     return spring.goesSlack ? slackStiffness_ : stiffness_;
   }
+  const NumberRule& restLength(const GroundSpring& spring) const {
+    return spring.goesSlack ? slackLength_ : length_;
+  }
 
   const NumberRule stiffness_ = NumberRule::coefficient("N/m");
   const NumberRule slackStiffness_{" > 0 N/m of a slack spring", 0, largestFactor, false, ", at most 1e100"};
   const NumberRule damping_ = NumberRule::coefficient("N s/m");
-  const NumberRule length_ = NumberRule::from(0, "m");
+  const NumberRule length_ = NumberRule::from(0, "m"),
+                   slackLength_ = NumberRule::above(0, "m of a slack spring");
 };
 
 }  // namespace
@@ -279,6 +284,7 @@ const EffectKind& groundSpringKind() {
 }
 
 double pullOf(const GroundSpring& spring, Vec2d x, Vec2d v) {
+  if (spring.restLength == 0) return length(spring.stiffness * (x - spring.ground) + spring.damping * v);
   const Line line(spring, {x, v});
   return stateOn(spring, line) == State::pulls ? line.pull(spring) : 0;
 }

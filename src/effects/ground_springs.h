@@ -7,9 +7,10 @@
 ///
 ///     F_x = −u (k u + (d/L) w)ᵀ − (S/L)(1 − u uᵀ)     w = v − L̇ u          F_v = −d u uᵀ
 ///
-/// At L = 0 there is no direction: F = −d v then, its limit if L_0 = 0.
+/// At L = 0 there is no direction, and F = 0. A spring with L_0 = 0 needs none; its damper acts against all
+/// of the velocity: F = −k (x − x_0) − d v.
 ///
-/// A spring that goes slack only pulls. As a stop (effects/stops.h) it is in one of three states:
+/// A spring that goes slack, L_0 > 0, only pulls. As a stop (effects/stops.h) it is in one of three states:
 ///
 ///     slack      L ≤ L_0               F = 0, V = 0
 ///     pulls      L > L_0, S > 0        as above

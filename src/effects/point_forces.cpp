@@ -47,7 +47,12 @@ Powers PointForces::apply(const ChainState& at, const Actions& to) {
     const ForcePoint& point = points_[i];
     const PointForce acts = force(i, pointAt(point, at));
     const int turner = coordinates_.turner(point.body);
-    if (turner >= 0) to.N[turner] += cross(at.e[point.body] * point.point, acts.F);
+    const double moment = cross(at.e[point.body] * point.point, acts.F);
+    if (turner >= 0) {
+      to.N[turner] += moment;
+    } else {
+      powers.supplied -= moment * at.baseRate;  // of the base, which takes it
+    }
     to.F[point.body] += acts.F;
     powers.dissipated += acts.taken;
   }
@@ -56,28 +61,37 @@ Powers PointForces::apply(const ChainState& at, const Actions& to) {
 
 void PointForces::addForceTangents(const ChainState& at, ForceTangent* to) {
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const ForcePoint& point = points_[i];
-    const PointAt<double> place = pointAt(point, at);
+    const int j = points_[i].body;
+    const PointAt<double> place = pointAt(points_[i], at);
     const PointTangent change = tangent(i, place);
-    addForce({at.e[point.body] * point.point, force(i, place).F, change.place, change.velocity, {}},
-             rateOf(point.body, at), to[point.body]);
+    addForce({at.e[j] * points_[i].point, force(i, place).F, change.place, change.velocity, {}},
+             rateOf(j, at), to[j]);
+    if (coordinates_.turner(j) >= 0) continue;
+    for (PlaneTangent* moments : {&to[j].K, &to[j].D}) {  // see apply()
+      moments->momentPlace = {};
+      moments->momentTurn = 0;
+    }
   }
 }
 
-/// δx = δp + iX δθ      δv = δv_p + iX δω − ω X δθ
+/// δx = δp + iX δθ      δv = δv_p + iX δω − ω X δθ      δ(X×F) = iX·δF − X·F δθ
 Powers PointForces::powersAlong(const ChainState& at, const StateChange& along) {
-  double change = 0;
+  Powers change;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const int j = points_[i].body;
-    const PointTangent by = tangent(i, pointAt(points_[i], at));
+    const PointAt<double> place = pointAt(points_[i], at);
+    const PointTangent by = tangent(i, place);
     const Vec2d X = at.e[j] * points_[i].point;
     const double turn = coordinates_.angle(along.u, j) + along.turn,
                  speed = coordinates_.angle(along.v, j) + along.speed;
-    const Vec2d dv = along.pinVelocity[j] + speed * perp(X) - (rateOf(j, at) * turn) * X;
-    change += dot(by.takenByVelocity, dv);
-    if (along.pin) change += dot(by.takenByPlace, along.pin[j] + turn * perp(X));
+    const Vec2d dx = (along.pin ? along.pin[j] : Vec2d{}) + turn * perp(X),
+                dv = along.pinVelocity[j] + speed * perp(X) - (rateOf(j, at) * turn) * X;
+    change.dissipated += dot(by.takenByPlace, dx) + dot(by.takenByVelocity, dv);
+    if (coordinates_.turner(j) >= 0) continue;
+    const Vec2d F = force(i, place).F, dF = by.place * dx + by.velocity * dv;
+    change.supplied -= cross(X, F) * along.speed + (dot(perp(X), dF) - dot(X, F) * turn) * at.baseRate;
   }
-  return {0, change};
+  return change;
 }
 
 void addDenseForces(const PointForces& forces, const Scene& scene, double t, const Eigen::VectorXd& q,

@@ -6,7 +6,7 @@
 ///
 ///     x = p + X      v = v_p + ω iX      N_k += X×F      X = e_j (point)
 ///
-/// k: the revolute joint with whose body the body j turns; nothing, if that is the base.
+/// k: the revolute joint with whose body the body j turns. If there is none, the base takes the moment.
 
 #include <vector>
 
