@@ -286,6 +286,19 @@ TEST(GroundSprings, HaveEquilibriaOfChains) {
   EXPECT_LT(leftOver(held), 1e-8);
 }
 
+/// A carriage held at rest: the base carries its weight and the spring's force, about the ground pin.
+TEST(GroundSprings, PullACarriageWhoseBaseTakesTheMoment) {
+  Simulation simulation(readSceneText(
+      "{chain: [cart], gravity: [0, -10], links: {cart: {mass: 2, com: [0.1, 0], joint: {type: prismatic, "
+      "drive: "
+      "{offset: 0.2}}}}, springs: {coil: {link: cart, point: [0.3, 0.4], ground: [0.5, 2.4], stiffness: 30, "
+      "rest_length: 0.5}}}"));
+  const BaseWrench wrench = simulation.baseWrench();
+  EXPECT_NEAR(wrench.force.x, 0, 1e-12);
+  EXPECT_NEAR(wrench.force.y, -20 + 45, 1e-12);
+  EXPECT_NEAR(wrench.torque, 0.3 * -20 + 0.5 * 45, 1e-12);
+}
+
 // ---- Scenes ------------------------------------------------------------------------------------------
 
 TEST(GroundSprings, AreJudged) {
