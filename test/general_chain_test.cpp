@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "recursion/pose.h"
 #include "lanes/kernel.h"
 #include "lanes/short_chain.h"
 #include "random_scene.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 namespace {

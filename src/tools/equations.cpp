@@ -152,8 +152,8 @@ Json jsonOf(const TipLaws& tip) {
            {{"point", {tip.x.at(0).value, tip.y.at(0).value}}, {"direction", {tip.line->x, tip.line->y}}}}};
 }
 
-/// Prints the chain, its drives, base, tip, springs and loads as an object with the keys of a scene. What is absent is
-/// null, or left out.
+/// Prints the chain, its drives, base, tip, springs and loads as an object with the keys of a scene. What is
+/// absent is null, or left out.
 void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
   const Chain& chain = scene.chain;
   Json links = Json::array(), springs = Json::object();
