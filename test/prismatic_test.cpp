@@ -1,6 +1,6 @@
 /// Chains with prismatic joints: carts, planes, arms that slide out of each other.
 ///
-///     trajectories      against dense equations of Lagrange (reference/ends/make.py), by four methods
+///     trajectories      against dense equations of Lagrange (reference/ends/make.py), by five methods
 ///     cart and pole     ω² = (m_c + m) g/(m_c l), and the textbook's A and B
 ///     inclined rail     a chain at right angles to it keeps its angles, s̈ = −g sin β
 ///     everything else   q̈ and A agree with kane.h, and the energy balance closes
@@ -101,7 +101,7 @@ TEST_P(Trajectory, AgreesWithDenseEquations) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(By, Trajectory, testing::Values("auto", "dop853", "rodas5p", "radau13"));
+INSTANTIATE_TEST_SUITE_P(By, Trajectory, testing::Values("auto", "dop853", "taylor", "rodas5p", "radau13"));
 
 // ---- Known answers ---------------------------------------------------------------------------------
 
@@ -236,7 +236,8 @@ TEST_P(FreeChains, KeepTheirMomenta) {
   EXPECT_NEAR(momentaOf(scene, simulation)[0] - before[0], 0.5, 1e-5);
 }
 
-INSTANTIATE_TEST_SUITE_P(By, FreeChains, testing::Values("auto", "dopri5", "dop853", "rodas5p", "radau13"));
+INSTANTIATE_TEST_SUITE_P(By, FreeChains,
+                         testing::Values("auto", "dopri5", "dop853", "taylor", "rodas5p", "radau13"));
 
 /// A base changes what the coordinates of a free chain are measured from, and nothing else. After a second
 /// this one is back at 0.

@@ -23,8 +23,8 @@ struct GroupMatrix {
 
   Eigen::VectorXd kappa, spring, pivot;  ///< spring: inside of each group
   Eigen::Index apart = 0;                ///< the number of first groups: displacements, which no springs join
-  Eigen::VectorXd across;                ///< what couples each of these with a group of bodies,
-  std::vector<Eigen::Index> turner;      ///< and which; −1: none
+  Eigen::VectorXd across, coupling;      ///< what couples each of these with a group of bodies; as factored
+  std::vector<Eigen::Index> turner;      ///< which group; −1: none
   std::vector<Term> terms;
   /// In place of a smaller κ'; at first of the weight's moments. At 0 links that carry nothing have a
   /// singular matrix; much larger, steps of soft chains are far too short.
@@ -33,11 +33,13 @@ struct GroupMatrix {
   /// The spring between group g and the one before.
   double between(Eigen::Index g) const { return g > apart && g < spring.size() ? spring[g] : 0; }
 
-  /// Factors diag(κ') + springs + terms, κ' = κ + share (|κ| − κ), and w likewise. Returns the number of
-  /// groups, or the first one whose pivot is not above `least`.
+  /// Factors diag(κ') + springs + terms, κ' = κ + share (|κ| − κ), and w likewise, with 1 − share of what
+  /// couples displacements. So share 1 has positive pivots. Returns the number of groups, or the first one
+  /// whose pivot is not above `least`.
   Eigen::Index factor(double share, double least) {
     const Eigen::Index groups = kappa.size();
     pivot.resize(groups);
+    coupling = (1 - share) * across;
     const auto raise = [share](double value) { return value + share * (std::abs(value) - value); };
     for (Eigen::Index g = 0; g < groups; ++g) {
       const double raised = raise(kappa[g]);
@@ -47,7 +49,7 @@ struct GroupMatrix {
       if (!terms.empty()) continue;
       if (g > 0) pivot[g] -= between(g) * between(g) / pivot[g - 1];
       for (Eigen::Index r = 0; r < apart && g >= apart; ++r) {
-        if (turnerOf(r) == g) pivot[g] -= across[r] * across[r] / pivot[r];
+        if (turnerOf(r) == g) pivot[g] -= coupling[r] * coupling[r] / pivot[r];
       }
       if (!(pivot[g] > least)) return g;
     }
@@ -56,7 +58,7 @@ struct GroupMatrix {
     L.diagonal() = pivot;
     for (Eigen::Index g = apart + 1; g < groups; ++g) L(g, g - 1) = -between(g);
     for (Eigen::Index r = 0; r < apart; ++r) {
-      if (turnerOf(r) >= 0) L(turnerOf(r), r) = across[r];
+      if (turnerOf(r) >= 0) L(turnerOf(r), r) = coupling[r];
     }
     for (const Term& term : terms) L += raise(term.w) * term.a * term.a.transpose();
     return factorFull(least);
@@ -77,12 +79,12 @@ struct GroupMatrix {
       return x;
     }
     for (Eigen::Index r = 0; r < apart; ++r) {
-      if (turnerOf(r) >= 0) x[turnerOf(r)] -= across[r] / pivot[r] * x[r];
+      if (turnerOf(r) >= 0) x[turnerOf(r)] -= coupling[r] / pivot[r] * x[r];
     }
     for (Eigen::Index g = 1; g < x.size(); ++g) x[g] += between(g) / pivot[g - 1] * x[g - 1];
     for (Eigen::Index g = x.size(); g-- > 0;) {
       if (g + 1 < x.size()) x[g] += between(g + 1) * x[g + 1];
-      if (g < apart && turnerOf(g) >= 0) x[g] -= across[g] * x[turnerOf(g)];
+      if (g < apart && turnerOf(g) >= 0) x[g] -= coupling[g] * x[turnerOf(g)];
       x[g] /= pivot[g];
     }
     return x;
@@ -99,7 +101,8 @@ struct GroupMatrix {
     }
     for (Eigen::Index g = bad; g-- > 0;) {
       x[g] = between(g + 1) * x[g + 1] / pivot[g];
-      if (g < apart && turnerOf(g) >= 0 && turnerOf(g) <= bad) x[g] = -across[g] * x[turnerOf(g)] / pivot[g];
+      if (g < apart && turnerOf(g) >= 0 && turnerOf(g) <= bad)
+        x[g] = -coupling[g] * x[turnerOf(g)] / pivot[g];
     }
     return x;
   }

@@ -57,6 +57,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   if (!isInUrdf) takeName(joint, entry);
   if (isPrismatic) joint.take("axis", "no unit: a direction", entry.joint.axis);
   takeEffects(joint, entry.joint);
+  entry.hasStopDamping = joint.has("stop_damping");
 
   const char* place = isPrismatic ? "position" : "angle";
   const Section initial = in.section("initial", {place, "velocity"});

@@ -83,9 +83,9 @@ void Sketch::zigzag(Vec2d a, Vec2d b, double swing, int turns, double width, con
   const Vec2d across = swing / l * perp(b - a);
   const int corners = 2 * turns;
   Vec2d from = a;
-  for (int k = 0; k <= corners; ++k) {
-    const Vec2d middle = a + (k + 0.5) / (corners + 1) * (b - a);
-    const Vec2d to = k == corners ? b : middle + (k % 2 == 0 ? 1 : -1) * across;
+  for (int k = 1; k <= corners; ++k) {
+    const double side = k == corners ? 0 : k % 2 == 0 ? -1 : 1;
+    const Vec2d to = a + static_cast<double>(k) / corners * (b - a) + side * across;
     band(from, to, width, width, paint);
     from = to;
   }

@@ -54,6 +54,7 @@ class Views {
   void drawPinForces(Sketch& sketch);
   void drawSprings(Sketch& sketch);
   void drawGroundSprings(Sketch& sketch);
+  void drawAlongAxis(Sketch& sketch, int joint, const Colour& paint);
   void drawLimits(Sketch& sketch);
   void drawTrail(Sketch& sketch);
   void drawCentres(Sketch& sketch);
