@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/pose.h"
 #include "lanes/kernel.h"
 #include "lanes/short_chain.h"
 #include "random_scene.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 namespace {

@@ -44,6 +44,17 @@ class NamedNumbers : public std::vector<std::pair<std::string, double>> {
   }
 };
 
+/// A spring and damper from a point of a link to a point of the ground; see effects/ground_springs.h.
+struct GroundSpring {
+  std::string name;
+  Vec2d point;             ///< m, link frame
+  Vec2d ground;            ///< m, base frame
+  double stiffness = 0;    ///< k, N/m, ≥ 0; > 0 if it goes slack
+  double damping = 0;      ///< d, N s/m, ≥ 0
+  double restLength = 0;   ///< L_0, m, ≥ 0
+  bool goesSlack = false;  ///< it only pulls
+};
+
 struct Link {
   std::string name;
   double mass = 0;     ///< m, kg, > 0; of a carriage (see Chain) ≥ 0
@@ -51,8 +62,9 @@ struct Link {
   Vec2d com;           ///< r, m, link frame, from the inner pin; of a prismatic link from its own point
   Vec2d pin;           ///< p, m, likewise, to the outer pin
 
-  /// Values of effects, with their keys in the scene.
+  /// Values of effects that have no member here, with their keys in the scene.
   NamedNumbers others{};
+  std::vector<GroundSpring> springs{};
 };
 
 /// The joint at a link's inner pin. Its torque on the link is −stiffness (q − restAngle) − damping q̇. The
@@ -180,6 +192,8 @@ struct Coordinate {
 /// "mass" or "joint/damping".
 std::vector<Fault> faultsOf(const Link& link, bool isPrismatic = false);
 std::vector<Fault> faultsOf(const Joint& joint);
+/// Of the values of effects alone.
+std::vector<Fault> faultsOfEffects(const Link& link);
 
 /// A chain whose values have been checked. Immutable. Copies share the values.
 class Chain {

@@ -6,11 +6,11 @@
 #include <optional>
 #include <variant>
 
-#include "dynamics/pose.h"
 #include "lanes/arrangement.h"
 #include "lanes/segments.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 

@@ -25,11 +25,11 @@
 #include <cmath>
 #include <vector>
 
-#include "dynamics/pose.h"
 #include "effects/effect_kind.h"
 #include "lanes/general_chain.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 

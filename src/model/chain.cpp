@@ -147,7 +147,8 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity) 
     const std::string path = "links/" + links[i].name;
     requireName(faults, linkNames, path, links[i].name);
     requireName(faults, jointNames, path + "/joint/name", joints[i].name);
-    for (const auto& own : {faultsOf(links[i], joints[i].isPrismatic), faultsOf(joints[i])}) {
+    for (const auto& own :
+         {faultsOf(links[i], joints[i].isPrismatic), faultsOfEffects(links[i]), faultsOf(joints[i])}) {
       for (const Fault& fault : own) {
         faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
         isSound = false;
