@@ -83,7 +83,7 @@ class Bags(InFolder):
         link = ROD[:-1] + ", joint: {drag: 0.1, damping: 0.2, friction: 0.1, lower: -1, upper: 2, effort_limit: 3}}"
         urdf = self.path("robot.urdf")
         result = self.run_tool("--duration", "0.1", "--write-urdf", urdf, scene=f"chain: [a]\nlinks: {{a: {link}}}\ngravity: [0, -1]\n")
-        self.assertEqual(result.stderr, f"simulate: {urdf} is without what URDF does not have: drag, gravity, initial/angle, stop_stiffness\n")
+        self.assertEqual(result.stderr, f"simulate: {urdf} is without what URDF does not have: drag, gravity, initial/angle, stop_damping, stop_stiffness\n")
         closed = "chain: [a, b, c]\nlinks: {a: %s, b: %s, c: %s}\ntip: {pin: [1.5, 0]}\n" % ((ROD.replace("0.4", "0.1"),) * 3)
         result = self.run_tool("--duration", "0.1", "--write-urdf", urdf, scene=closed)
         self.assertIn("URDF does not have: initial/angle, tip\n", result.stderr)

@@ -239,6 +239,33 @@ TEST(Batch, EachKindSaysWhatRunsInLanes) {
   }));
 }
 
+TEST(Batch, ChainsWithPrismaticJointsHaveTheBitsOfSimulations) {
+  // At every place: of a first link, of one within the chain, of the last one.
+  for (const std::size_t place : {0u, 1u, 2u}) {
+    Scene scene = randomScene(3, 5, {true, true, false});
+    std::vector<Joint> joints = scene.chain.joints();
+    joints[place].isPrismatic = true;
+    joints[place].axis = {1, 0.5};
+    scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+    const std::vector<double> starts{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 1, -0.5, 0.2, 2, 0, -1};
+    const BatchResult result = simulateMany(scene, starts, times);
+    for (std::size_t run = 0; run < 2; ++run) {
+      const auto start = starts.begin() + static_cast<std::ptrdiff_t>(6 * run);
+      scene.q.assign(start, start + 3);
+      scene.qd.assign(start + 3, start + 6);
+      Simulation simulation(scene);
+      std::vector<double> expected;
+      for (const double t : times) {
+        ASSERT_TRUE(simulation.advanceTo(t));
+        expected.insert(expected.end(), simulation.q().begin(), simulation.q().end());
+        expected.insert(expected.end(), simulation.qd().begin(), simulation.qd().end());
+      }
+      ASSERT_EQ(result.runs[run].outcome, RunOutcome::done) << result.runs[run].reason;
+      EXPECT_TRUE(sameBits(statesOf(result, run), expected)) << place;
+    }
+  }
+}
+
 TEST(Batch, ALoadOnNoBodyFailsItsRun) {
   Scene scene = randomScene(2, 3, {true, true, false});
   scene.loads.emplace_back();

@@ -4,11 +4,13 @@ the scene's text. fit_tool_test.py: the tool, and bags.
 
     fit_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
 """
+import contextlib
 import math
 import re
 import sys
 import unittest
 import warnings
+from unittest import mock
 
 try:
     import numpy as np
@@ -20,6 +22,7 @@ except ImportError as missing:
 
 import fit_statistics
 from planar_chain import BadFit, Recording, Scene, fit, simulate_many
+from planar_chain.fitting import hints, problem
 from planar_chain.fitting.deviations import correlation_time
 from planar_chain.fitting.yaml_edit import with_numbers
 
@@ -66,6 +69,27 @@ class Numbers(unittest.TestCase):
             self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-6, msg=path)
         self.assertEqual((result.not_told, result.warnings), ([], []))
         self.assertLess(max(error.max() for _, error in result.errors), 1e-7)  # the tolerance of the runs, grown
+
+    def test_a_telescope_gives_its_numbers_back(self):
+        along = {"type": "prismatic", "axis": [1, 0], "damping": 2.0, "friction": 1.5, "rotor_inertia": 0.8, "stiffness": 60.0}
+        telescope = Scene({"chain": ["arm", "rod"], "links": {"arm": {**ROD, "joint": {"damping": 0.1}},
+                                                              "rod": {"mass": 1.2, "inertia": 0.03, "com": [0.1, 0.0], "joint": along}}})
+        true = {"links/rod/mass": 1.2, **{f"links/rod/joint/{key}": along[key] for key in ("damping", "friction", "rotor_inertia")}}
+        data = [motion(telescope, start) for start in ([0.5, 0.4, 0.0, 0.0], [-1.0, -0.3, 3.0, 2.0])]
+        result = fit(telescope.with_values({path: 1.2 * value for path, value in true.items()}), data, list(true))
+        self.assertEqual((result.converged, result.bad, result.units), (True, "", ["rad", "m"]))
+        for path, value in true.items():
+            self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-5, msg=path)
+
+    def test_each_run_has_a_budget_of_steps(self):
+        data = motion(PENDULUM.with_values({DRAG: 0.2}), [0.5, 2.0])
+        with contextlib.ExitStack() as stack:
+            called = [stack.enter_context(mock.patch.object(module, "simulate_many", wraps=simulate_many)) for module in (hints, problem)]
+            result = fit(PENDULUM, noisy(data, 1), {"links/rod/com/0": None})
+        self.assertIn("the model lacks", " ".join(result.warnings))
+        for calls in called:
+            budgets = {call[1].get("most_steps") for call in calls.call_args_list}
+            self.assertTrue(budgets and None not in budgets and max(budgets) <= problem.MOST_STEPS * TIMES[-1], budgets)
 
     def test_a_rest_before_the_first_motion_is_cut(self):
         push = {"joint": "upper_joint", "torque": 12.0, "start": 2.4, "stop": 2.7}
@@ -400,9 +424,9 @@ class Bad(unittest.TestCase):
         for word in (words,) if isinstance(words, str) else words:
             self.assertIn(word, str(caught.exception))
 
-    def test_a_slide_is_in_m(self):
-        slide = {"mass": 2.0, "pin": [0.0, 0.0], "joint": {"type": "prismatic", "axis": [1, 0]}}
-        cart = Scene({"chain": ["cart", "rod"], "links": {"cart": slide, "rod": ROD}})
+    def test_a_cart_is_in_m(self):
+        carriage = {"mass": 2.0, "pin": [0.0, 0.0], "joint": {"type": "prismatic", "axis": [1, 0]}}
+        cart = Scene({"chain": ["cart", "rod"], "links": {"cart": carriage, "rod": ROD}})
         data = noisy(motion(cart, [60.0, 1.0, 0.0, 0.0]), 1)  # 60 m are no degrees
         text = str(fit(cart, data, {"links/rod/mass": None}, predict=data, offsets=True))
         heads = re.findall(r"^(.*):\n  recording +(?:until|start) +(.*)$", text, re.MULTILINE)

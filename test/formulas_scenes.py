@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 
 from planar_chain import Failed, Scene, Simulation, equations, formulas, linearize
+from planar_chain.symbolic.chain import read
 
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes")
 MOST_LINKS = 10
@@ -71,13 +72,14 @@ def random_load(rng, links):
     return load
 
 
-def on_rails(rng, links, slides):
-    """The first links slide: carriages."""
-    for link in list(links.values())[:min(slides, len(links) - 1)]:
+def make_prismatic(rng, links, places):
+    """The links at these places have prismatic joints."""
+    for i in places:
+        link = list(links.values())[i]
         link["joint"].update(type="prismatic", axis=rng.normal(size=2).tolist() if rng.random() < 0.7 else [0, 1])
-        link["joint"].pop("rotor_inertia", None)
-        if rng.random() < 0.3:
+        if i < 2 and rng.random() < 0.3 and set(range(i)) <= set(places):
             link["mass"] = 0.0
+            link["joint"].pop("rotor_inertia", None)
             del link["inertia"], link["com"]
 
 
@@ -92,13 +94,16 @@ def hold_tip(rng, scene):
             joint["stop_stiffness"] = 20.0  # stiff ones take digits of q̈ where the tip determines all angles
         if "drive" in joint:
             joint["drive"] = {"amplitude": 0.1, "frequency": 0.5}
-        elif joint.get("type") is None:
-            link["initial"] = {"angle": rng.normal()}
+        elif joint.get("type") != "floating":
+            link["initial"] = {"position" if "type" in joint else "angle": rng.normal()}
     if "base" in scene:
         other = "angle" if "angle" in scene["base"] else "x"
         scene["base"] = {"y": {"amplitude": 0.05, "frequency": 0.7}, other: {"amplitude": 0.1, "frequency": 0.5, "phase": 1}}
-    chain, at = list(scene["links"].values()), equations(Scene(json.loads(json.dumps(scene))))
-    place = sum(np.array(link["pin"]) @ S for link, S in zip(chain, at["S"][-len(chain):])).tolist()
+    made = Scene(json.loads(json.dumps(scene)))
+    chain, at, place = read(made), equations(made), np.zeros(2)
+    for link, q, S in zip(chain["links"], at["q"], at["S"]):
+        place += (np.array(link["pin"]) + q * np.array(link["joint"].get("axis", (0, 0)))) @ S
+    place = place.tolist()
     if rng.random() < 0.3:
         scene["tip"] = {"line": {"point": place, "direction": rng.normal(size=2).tolist()}}
     else:
@@ -117,15 +122,14 @@ def random_scene(seed):
     scene = {"chain": list(links), "links": links}
     if rng.random() < 0.3:
         scene["gravity"] = rng.normal(size=2).tolist()
-    slides = 1 + seed // 3 % 2 if seed % 3 == 2 else 0
     if seed % 9 == 8:
         links["link_0"]["joint"] = {"type": "floating"}
-    elif slides:
-        on_rails(rng, links, slides)
-        if rng.random() < 0.5:
-            scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis != "angle" or rng.random() < 0.7}
-    elif rng.random() < 0.4:
-        scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis == "y" or rng.random() < 0.6}
+    elif seed % 3 == 2:  # carriages
+        make_prismatic(rng, links, range(min(1 + seed // 3 % 2, n - 1)))
+    if seed % 3 != 1 and n > 1:  # within the chain
+        make_prismatic(rng, links, {int(rng.integers(1, n)) for _ in range(1 + n // 3)})
+    if seed % 9 != 8 and rng.random() < 0.45:
+        scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis == "y" or rng.random() < 0.7}
     if rng.random() < 0.6:
         scene["loads"] = {f"load_{k}": random_load(rng, links) for k in range(int(rng.integers(1, 4)))}
     if seed % 5 == 3:
@@ -159,10 +163,9 @@ class State:
         if numbers:
             self.formulas = self.formulas.with_numbers()
         self.expected = equations(scene, self.q, self.qd, self.t)
-        slides = self.formulas.chain.slides
-        self.sums = np.triu(np.ones((len(scene), len(scene))))  # T; a slide keeps its row
-        self.sums[:slides] = np.eye(len(scene))[:slides]
-        self.expected["M_ext"][:slides] = 0  # a slide does not turn, so its moment is in no formula
+        turns = ~np.array(scene.prismatic)
+        self.sums = np.where(np.outer(turns, turns), np.triu(np.ones((len(scene), len(scene)))), np.diag(~turns))  # T, of x
+        self.expected["M_ext"][~np.logical_or.accumulate(turns)] = 0  # what does not turn has its moment in no formula
         self.expected["A"], self.expected["B"] = linearize(scene, self.q, self.qd, self.t)
 
         self.cancels = {}

@@ -31,6 +31,7 @@ from planar_chain.symbolic.code import program_of
 from planar_chain.symbolic.code_c import c_code
 from planar_chain.symbolic.code_matlab import matlab_code
 from planar_chain.symbolic.code_python import python_code
+from planar_chain.symbolic.document import Document
 from planar_chain.symbolic.linear import linear
 from planar_chain.symbolic.chain import read
 from planar_chain.symbolic.sketch import FEW, draw
@@ -144,16 +145,21 @@ class Values(InFolder):
     def test_what_the_random_chains_have(self):
         scenes = [random_scene(seed).to_dict() for seed in range(50)]
         joints = [link["joint"] for scene in scenes for link in scene["links"].values()]
-        slides = [sum(link["joint"].get("type") == "prismatic" for link in scene["links"].values()) for scene in scenes]
+        prismatic = [[i for i, link in enumerate(scene["links"].values()) if link["joint"].get("type") == "prismatic"] for scene in scenes]
         floating = [any(link["joint"].get("type") == "floating" for link in scene["links"].values()) for scene in scenes]
         loads = [load for scene in scenes for load in scene.get("loads", {}).values()]
         counts = {key: sum(key in joint for joint in joints)
                   for key in ("rotor_inertia", "drive", "damping", "stiffness", "friction", "drag", "upper", "motor")}
         counts.update({key: sum(key in load for load in loads) for key in ("frequency", "times", "start", "torque", "force", "moment")})
-        counts.update({"cart": slides.count(1), "plane": slides.count(2), "floating": sum(floating)})
+        inner = [scene["links"][f"link_{i}"]["joint"] for scene, places in zip(scenes, prismatic) for i in places if i != places.index(i)]
+        counts.update({f"{key} of a prismatic joint within": sum(key in joint for joint in inner)
+                       for key in ("rotor_inertia", "drive", "stiffness", "friction", "drag", "upper")})
+        counts.update({"carts": sum(places[:1] == [0] for places in prismatic), "floating": sum(floating)})
         counts.update({key: sum(key in scene for scene in scenes) for key in ("base", "tip", "gravity")})
-        counts["cart on a base that moves"] = sum("base" in scene and s > 0 for scene, s in zip(scenes, slides))
-        counts["tip that slides or floats"] = sum("tip" in scene and (s > 0 or f) for scene, s, f in zip(scenes, slides, floating))
+        for key in ("base", "tip"):
+            counts[f"cart and {key}"] = sum(key in scene and (places[:1] == [0] or f) for scene, places, f in zip(scenes, prismatic, floating))
+            counts[f"prismatic joint within and {key}"] = sum(key in scene and places != [] and places[-1] >= len(places)
+                                                               for scene, places in zip(scenes, prismatic))
         self.assertGreaterEqual(min(counts.values()), 2, counts)
 
     def test_modules_that_only_record(self):
@@ -201,13 +207,13 @@ class Values(InFolder):
     def check_near_a_state(self, state, at):
         """A and B by M δq̈ = K δq + D δq̇ + δτ, as the document prints it."""
         of, n, T = linear(state.formulas), len(state.q), state.sums
-        absolute, omega, beta = (x @ T for x in (state.q, state.qd, state.expected["qdd"]))
-        turns = np.arange(n) >= state.formulas.chain.slides  # a slide has the angle and rate of the base
-        base = [float(sp.sympify(x).xreplace(at)) for x in (state.formulas.chain.phi, state.formulas.chain.phid)]
+        x, xd, beta = (each @ T for each in (state.q, state.qd, state.expected["qdd"]))
+        base = [float(sp.sympify(number).xreplace(at)) for number in (state.formulas.chain.phi, state.formulas.chain.phid)]
         at = {**at, **{symbol: sp.Float(float(value)) for symbols, values in (
-            (state.formulas.theta, turns * absolute + base[0]), (state.formulas.omega, turns * omega + base[1]), (of.beta, beta),
-            (state.formulas.phi, state.expected.get("phi", ())))
-                       for symbol, value in zip(symbols, values) if symbol.is_Symbol}}
+            (state.formulas.theta, x + base[0]), (state.formulas.omega, xd + base[1])) for i, (symbol, value) in enumerate(zip(symbols, values))
+                       if i in state.formulas.chain.coordinates.revolute}}
+        at.update({symbol: sp.Float(float(value)) for symbols, values in ((of.beta, beta), (state.formulas.phi, state.expected.get("phi", ())))
+                   for symbol, value in zip(symbols, values)})
 
         def number(matrix):
             return np.array(matrix.xreplace(at).evalf().tolist(), dtype=float)
@@ -287,6 +293,32 @@ class Letters(unittest.TestCase):
         self.assertEqual((of.in_q(of.closed.M) - M).expand(), sp.zeros(2, 2))
         self.assertEqual((of.in_q(of.closed.f) - (G - C * of.qd)).expand(), sp.zeros(2, 1))
 
+    def test_the_telescope_is_the_rp_manipulator_of_the_textbook(self):
+        """M, V and G of the RP manipulator of J. J. Craig, Introduction to Robotics: Mechanics and Control, ch. 6: q_2 is the distance of
+        the second centre of mass from the first joint."""
+        link = {"mass": 1.0, "inertia": 0.1, "com": [0.4, 0.0], "pin": [0.0, 0.0]}
+        rod = {**link, "com": [0.0, 0.0], "joint": {"type": "prismatic", "axis": [1, 0], "rotor_inertia": 0.5}}
+        of = formulas(Scene({"chain": ["arm", "rod"], "links": {"arm": link, "rod": rod}}))
+        letter = {symbol.name: symbol for symbol in of.letters}
+        m_1, m_2, I_1, I_2, J_2, r_1, g = (letter[name] for name in "m_1 m_2 I_1 I_2 J_2 r_1 g".split())
+        (q_1, d_2), (w_1, v_2) = of.q, of.qd
+        M = sp.diag(I_1 + m_1 * r_1**2 + I_2 + m_2 * d_2**2, m_2 + J_2)
+        V = sp.Matrix([2 * m_2 * d_2 * w_1 * v_2, -m_2 * d_2 * w_1**2])
+        G = sp.Matrix([(m_1 * r_1 + m_2 * d_2) * g * sp.cos(q_1), m_2 * g * sp.sin(q_1)])
+        for form in (of.closed, of):
+            self.assertEqual(sp.simplify(of.in_q(form.M) - M), sp.zeros(2, 2))
+            self.assertEqual(sp.simplify(of.in_q(form.f) + V + G), sp.zeros(2, 1))
+
+    def test_a_page_of_a_prismatic_joint_beside_one_that_is_held(self):
+        arm, rod = ({"mass": 1.0, "inertia": 0.1, "com": [0.4, 0.0], "pin": [0.7, 0.0], "joint": joint}
+                    for joint in ({"drive": "hold"}, {"type": "prismatic", "axis": [0.6, 0.8]}))
+        text = Document(formulas(Scene({"chain": ["arm", "rod", "tool"], "links": {"arm": arm, "rod": rod, "tool": {**arm, "joint": {}}}})),
+                        "it", None, True).text()
+        for words in (r"& displacement of the prismatic joint 2 (rod\_joint) along its axis", r"$d_{2x}$ & axis of the prismatic joint 2",
+                      r"$\theta_i = \sum q_j$ of the revolute joints $j \le i$ is the absolute angle", r"\theta_{3} &= q_{1} + q_{3}",
+                      r"2 \omega_i \dot{q}_i\, \hat{k} \times d_i$ is added", r"\ddot{q}_{2}", r"$q_i$ takes the place of $\theta_i$"):
+            self.assertIn(words, text)
+
     def test_the_closed_form_has_no_products_or_sums_of_sines(self):
         for scene in shipped().values():
             of = formulas(scene)
@@ -329,6 +361,21 @@ class Tool(InFolder):
                              universal_newlines=True, check=False, cwd=self.folder)
         self.assertEqual(run.returncode, status, run.stderr)
         return run.stdout + run.stderr
+
+    def test_code_in_c_has_a_header_for_c_and_cpp(self):
+        for more, argument in (((), "&two_scene, "), (("--numbers",), "")):
+            self.assertEqual(self.tool("double_pendulum", "--format", "c", "--linearize", "--output", "two.c", *more), "written to two.c and two.h\n")
+            with open(self.path("main.cpp"), "w", encoding="ascii") as file:
+                file.write('#include "two.h"\n#include "two.h"\nint main() {\n  double q[2] = {1, 2}, qd[2] = {}, M[2][2], A[4][4];\n'
+                           f"  two_M({argument}0, q, qd, M);\n  two_A({argument}0, q, qd, A);\n  return M[0][1] == M[1][0] && A[0][2] == 1 ? 7 : 1;\n}}\n")
+            for command in (["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-include", "two.h", "-c", "-o", "alone.o", "-x", "c", "/dev/null"],
+                            ["gcc", "-std=c99", "-c", "two.c"], ["g++", "-Wall", "-Wextra", "-Werror", "main.cpp", "two.o", "-o", "two", "-lm"]):
+                subprocess.run(command, check=True, cwd=self.folder)
+            self.assertEqual(subprocess.run([self.path("two")], check=False).returncode, 7)
+        with open(self.path("own.h"), "w", encoding="ascii") as file:
+            file.write("int own;\n")
+        self.assertIn("--output: expected no file own.h, which would be the header of own.c, got one",
+                      self.tool("double_pendulum", "--format", "c", "--output", "own.c", status=2))
 
     def test_code_is_named_after_its_file(self):
         self.tool("double_pendulum", "--format", "c", "--linearize", "--output", "two.c")

@@ -33,7 +33,7 @@ PAGES = sorted({page for room in ROOMS
                 for page in glob.glob(os.path.join(ROOT, room, '*.md')) +
                 (glob.glob(os.path.join(ROOT, room, '**/*.md'), recursive=True) if room else [])})
 HAS_PYTHON = importlib.util.find_spec('planar_chain._core') is not None  # built where pybind11 is
-TOOLS = ('simulate', 'equations', 'stability', 'report', 'plot') + (('fit', 'formulas', 'sweep') if HAS_PYTHON else ())
+TOOLS = ('simulate', 'equations', 'stability', 'report', 'plot') + (('bode', 'fit', 'formulas', 'modes', 'sweep') if HAS_PYTHON else ())
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 
 GOAL = (1.0, -1.6)      # rad, of the tutorial's crane
@@ -284,7 +284,7 @@ class Pages(InFolder):
                     if named:
                         count += 1
                         tool, rest = named.groups()
-                        self.assertTrue(tool in ('formulas', 'sweep') and not HAS_PYTHON or os.access(os.path.join(BIN, tool), os.X_OK))
+                        self.assertTrue(tool in ('bode', 'formulas', 'modes', 'sweep') and not HAS_PYTHON or os.access(os.path.join(BIN, tool), os.X_OK))
                         if tool in TOOLS:
                             self.assertEqual(set(re.findall(r'--[a-z][a-z-]*', rest)) - options_of(tool), set())
         self.assertGreaterEqual(count, 15)

@@ -40,7 +40,37 @@ class Strobe(PlotTool):
         free = plot_strobe.Links(os.path.join(SCENES, "thrown.yaml"))
         points = plot_strobe.pins(free, base, np.array([[3.0, 4.0, 0.1, 0, 0, 0]]))[0]
         np.testing.assert_allclose(points[0], 3 + 4j + 0.6 * np.arange(5) * np.exp(0.1j), atol=1e-14)
-        self.assertEqual((free.slides, free.carts), (2, 0))
+        self.assertEqual((free.leading, free.carts), (2, 0))
+
+    def test_strobe_draws_a_telescope_along_its_axis(self):
+        scene = self.path("telescope.yaml")
+        arm, rod = {"mass": 1, "inertia": 0.1, "com": [0.3, 0], "pin": [0.6, 0.1]}, {"mass": 1, "inertia": 0.1, "com": [-0.1, 0], "pin": [0.3, 0]}
+        joint = {"type": "prismatic", "axis": [3, 4], "lower": -0.2, "stop_stiffness": 1000.0}
+        with open(scene, "w", encoding="utf-8") as file:
+            yaml.safe_dump({"chain": ["arm", "rod", "tool"], "links": {"arm": arm, "rod": {**rod, "joint": joint}, "tool": arm}}, file)
+        links, q = plot_strobe.Links(scene), np.array([[0.7, 0.5, -0.4], [0.7, 0.0, -0.4]])
+        points, coms, starts = plot_strobe.pins(links, np.zeros((2, 3)), q)
+        turn, axis = np.exp(0.7j), 0.6 + 0.8j
+        own = turn * (0.6 + 0.1j + 0.5 * axis)
+        np.testing.assert_allclose(points[0], [0, turn * (0.6 + 0.1j), own + 0.3 * turn, own + 0.3 * turn + np.exp(0.3j) * (0.6 + 0.1j)], atol=1e-15)
+        np.testing.assert_allclose([starts[0, 1], coms[0, 1]], [own, own - 0.1 * turn], atol=1e-15)
+        spans = plot_strobe.spans_of(links, q)
+        np.testing.assert_allclose(spans, [[-0.2, 0.5]], atol=1e-15)  # from the limit to where it gets
+        np.testing.assert_allclose(plot_strobe.axes_of(links, np.zeros((2, 3)), q, spans)[:, 0],
+                                   [[turn * (0.6 + 0.1j - 0.2 * axis), own]] * 2, atol=1e-15)
+        # On a base that turns, a cart's axis turns with it.
+        cart = plot_strobe.Links(os.path.join(SCENES, "cart_pole.yaml"))
+        base, motion = np.array([[3.0, 1.0, 0.5]]), plot_read.Motion(["cart", "pole"], np.zeros(1), np.array([[2.0, 0.3]]), np.zeros((1, 2)))
+        com = plot_strobe.pins(cart, base, motion.q)[1][0, 0]
+        cart.moves, motion.first = True, np.array([[com.real, com.imag, 0.5]])
+        np.testing.assert_allclose(plot_strobe.base_of(cart, motion), base, atol=1e-15)
+        self.assertAlmostEqual(abs(com - (3 + 1j) - 2 * np.exp(0.5j)), 0, delta=1e-15)
+        table = self.path("run.csv")
+        self.assertEqual(self.run_tool("simulate", scene, "--duration", "0.2", "--csv", table).returncode, 0)
+        figure = plot.strobe(plot.read_csv(table), scene, [], 0.0, "")
+        self.assertIn("prismatic joint", [text.get_text() for text in figure.legends[0].get_texts()])
+        line = next(line for line in figure.axes[0].lines if np.isnan(line.get_xdata()).any() and line.get_marker() == "o")
+        self.assertEqual(len(line.get_xdata()), 4 + 2)  # it begins anew behind the prismatic joint
 
     def test_strobe_reads_a_urdf(self):
         urdf, table = self.path("scene.urdf"), self.path("run.csv")
@@ -84,7 +114,8 @@ class Strobe(PlotTool):
         motion = plot_read.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
         links = plot_strobe.Links.__new__(plot_strobe.Links)
         links.moves, links.pinned, links.joints, links.pin, links.com = False, False, ["a"], np.array([-2j]), np.array([-1j])
-        links.rail, links.slides, links.carts = np.zeros(1), 0, 0
+        links.axis, links.leading, links.carts = np.zeros(1), 0, 0
+        links.inner, links.limits = np.array([], dtype=int), np.full((1, 2), np.nan)
         for apart in (0.0, 5.0):
             figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
             axes, bar = figure.axes

@@ -17,7 +17,7 @@ import rospy
 from planar_chain.msg import CommandTaken, SimStatus
 from sensor_msgs.msg import JointState
 
-from plot_tool import BIN, JOINTS, SCENE, SCENES, PlotTool, plot, plot_read, plot_strobe
+from plot_tool import BIN, JOINTS, SCENE, SCENES, PlotTool, plot, plot_read, plot_runs, plot_strobe
 
 
 class Plot(PlotTool):
@@ -190,7 +190,7 @@ class Plot(PlotTool):
         """A joint that turns at 2 rad/s for 5 s; errors of 1e-3, but for two."""
         t = np.linspace(0, 5, 101)
         motion = plot_read.Motion(["a"], t, 2 * t[:, np.newaxis], np.full((101, 1), 2.0), np.full((101, 1), torque))
-        motion.slides = []
+        motion.prismatic = []
         motion.energy = t, {"T": np.full(101, 8.0), "V": 0 * t, "supplied": 0 * t, "dissipated": 1e-8 * t}
         motion.balance, motion.error = (t, 1e-15 * np.sin(9 * t)), (t, np.where(t == 0, 0, np.where(t == 2.5, 1e-15, 1e-3)))
         return motion
@@ -221,27 +221,32 @@ class Plot(PlotTool):
         gaps = [above.y0 - below.y1 for above, below in zip(edges, edges[1:])]
         self.assertLess(max(gaps), 1.5 * min(gaps))
 
-    def test_slides_have_units_of_their_own(self):
+    def test_prismatic_joints_have_units_of_their_own(self):
         scene, bag, table, picture = os.path.join(SCENES, "cart_pole.yaml"), self.path("run.bag"), self.path("run.csv"), self.path("run.svg")
         run = self.run_tool("simulate", scene, "--duration", "2", "--bag", bag, "--csv", table)
         self.assertEqual(run.returncode, 0, run.stderr)
-        slide, turn, either = ("position q (m)", "speed q̇ (m/s)"), ("angle q (rad)", "rate q̇ (rad/s)"), ("q (rad or m)", "rate q̇ (rad/s or m/s)")
-        for arguments, labels, others in (([bag], slide + turn, either), ([table], either, slide + turn),
-                                          ([table, "--scene", scene], slide + turn, either),
-                                          ([bag, "--joints", "cart_joint"], slide, turn + either),
-                                          ([bag, "--joints", "pole_joint"], turn, slide + either)):
+        along, turn, either = ("position q (m)", "speed q̇ (m/s)"), ("angle q (rad)", "rate q̇ (rad/s)"), ("q (rad or m)", "rate q̇ (rad/s or m/s)")
+        for arguments, labels, others in (([bag], along + turn, either), ([table], either, along + turn),
+                                          ([table, "--scene", scene], along + turn, either),
+                                          ([bag, "--joints", "cart_joint"], along, turn + either),
+                                          ([bag, "--joints", "pole_joint"], turn, along + either)):
             run = self.run_tool("plot", *arguments, "--output", picture)
             self.assertEqual(run.returncode, 0, run.stderr)
             with open(picture, encoding="utf-8") as file:
                 found = re.findall("<!-- (.*) -->", file.read())
             self.assertEqual([label in found for label in labels + others], [True] * len(labels) + [False] * len(others), arguments)
-        few, many = (plot.draw(plot_read.Motion(list("abc"), np.arange(2.0), np.ones((2, 3)), np.ones((2, 3))), columns, "", False)
-                     for columns in ([1, 2], [2]))
-        self.assertEqual([figure.axes[0].get_ylabel() for figure in (few, many)], ["q (rad or m)", "angle q (rad)"])
+        unknown = plot.draw(plot_read.Motion(list("abc"), np.arange(2.0), np.ones((2, 3)), np.ones((2, 3))), [2], "", False)
+        self.assertEqual(unknown.axes[0].get_ylabel(), "q (rad or m)")
         # A position is no angle: it is not wrapped.
         motion = plot.read_bag(bag, None)
         motion.q[:, 0] += 10
         np.testing.assert_array_equal(motion.curves(0, wrap=True)[1], motion.q[:, 0])
+
+    def test_a_number_of_a_prismatic_joint_has_its_unit(self):
+        for path, units in (("links/a/mass", ["kg"] * 3), ("links/a/joint/damping", ["N m s/rad", "N s/m", "N m s/rad or N s/m"]),
+                            ("links/a/joint/rotor_inertia", ["kg m²", "kg", "kg m² or kg"]), ("links/a/inertia", ["kg m²"] * 3),
+                            ("links/a/initial/velocity", ["rad/s", "m/s", "rad/s or m/s"]), ("links/a/initial/position", ["m"] * 3)):
+            self.assertEqual([plot_runs.with_unit(path, links) for links in (["b"], ["a"], None)], [f"{path} ({unit})" for unit in units])
 
     def test_a_phase_portrait_wraps_what_passes_half_a_turn(self):
         phase = next(axes for axes in plot.draw(self.turning(), [0], "turning", False).axes if axes.get_title())
@@ -261,11 +266,11 @@ class Plot(PlotTool):
         noise = 1e-17 * np.random.default_rng(1).normal(size=(2, 101))
         self.assertFalse(plot.is_coarse(*noise) or plot.is_coarse(1.0 + noise[0], noise[1]))
 
-    def test_slides_have_a_portrait_of_their_own_and_energies_colours(self):
+    def test_prismatic_joints_have_a_portrait_of_their_own_and_energies_colours(self):
         motion = plot_read.Motion(["a", "b"], np.linspace(0, 5, 101), np.tile(np.linspace(0, 5, 101), (2, 1)).T, np.ones((101, 2)))
         motion.energy = motion.t, {"T": np.ones(101), "V": np.ones(101)}
-        for slides, labels in ((["a"], ["position q (m)", "angle q (rad)"]), ([], ["angle q (rad)"]), (None, ["q (rad or m)"])):
-            motion.slides = slides
+        for prismatic, labels in ((["a"], ["position q (m)", "angle q (rad)"]), ([], ["angle q (rad)"]), (None, ["q (rad or m)"])):
+            motion.prismatic = prismatic
             figure = plot.draw(motion, [0, 1], "", False)
             phases = [axes for axes in figure.axes if axes.get_title()]
             self.assertEqual([axes.get_xlabel() for axes in phases], labels)

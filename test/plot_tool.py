@@ -10,6 +10,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..
 import chain  # noqa: E402
 import plot  # noqa: E402
 import plot_read  # noqa: E402  pylint: disable=unused-import
+import plot_runs  # noqa: E402  pylint: disable=unused-import
 import plot_strobe  # noqa: E402  pylint: disable=unused-import
 from chain import read_chain  # noqa: E402  pylint: disable=unused-import
 

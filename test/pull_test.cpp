@@ -23,6 +23,16 @@ Chain withRotors(const Chain& chain, double J) {
   return {chain.links(), joints, chain.gravity()};
 }
 
+/// Makes every third joint prismatic, from `first` on.
+Chain withPrismatic(const Chain& chain, int first) {
+  std::vector<Joint> joints = chain.joints();
+  for (std::size_t i = static_cast<std::size_t>(first); i < joints.size(); i += 3) {
+    joints[i].isPrismatic = true;
+    joints[i].axis = Rotation<double>::of(static_cast<double>(i)) * Vec2d{1, 0};
+  }
+  return {chain.links(), joints, chain.gravity()};
+}
+
 struct Case {
   Scene scene;
   int link;
@@ -32,9 +42,10 @@ struct Case {
   Kane kane;
   Eigen::MatrixXd J;  ///< 2×n: v_X = J q̇
 
-  /// rotors: J of each joint, kg m².
-  explicit Case(int n, double rotors = 0) : scene(randomScene(n, 300 + static_cast<unsigned>(n))) {
-    scene.chain = withRotors(scene.chain, rotors);
+  /// rotors: J of each joint, kg m² or kg. prismatic: the first joint of withPrismatic; n: none.
+  explicit Case(int n, double rotors = 0) : Case(n, rotors, n) {}
+  Case(int n, double rotors, int prismatic) : scene(randomScene(n, 300 + static_cast<unsigned>(n))) {
+    scene.chain = withPrismatic(withRotors(scene.chain, rotors), prismatic);
     test::Random random(static_cast<unsigned>(n));
     link = random.index(n);
     point = random.vector(1);
@@ -82,7 +93,24 @@ TEST(Pull, MobilityHasTheRotors) {
   }
 }
 
-/// Rotors of a chain behind slides.
+TEST(Pull, MobilityHasPrismaticJointsAnywhere) {
+  for (const double J : {1., 100.}) {
+    for (int n = 2; n <= 12; ++n) {
+      for (const int first : {0, 1, 2}) {
+        const Case c(n, J, std::min(first, n - 1));
+        const Eigen::Vector2d alongX = c.added({1, 0}), alongY = c.added({0, 1});
+        EXPECT_NEAR(c.motion.mobility.xx, alongX.x(), 1e-12 * alongX.norm()) << n << " " << first;
+        EXPECT_NEAR(c.motion.mobility.xy, alongX.y(), 1e-12 * alongX.norm()) << n << " " << first;
+        EXPECT_NEAR(c.motion.mobility.yy, alongY.y(), 1e-12 * alongY.norm()) << n << " " << first;
+        const Eigen::Vector2d v = c.J * c.qd;
+        EXPECT_NEAR(c.motion.velocity.x, v.x(), 1e-12 * v.norm()) << n << " " << first;
+        EXPECT_NEAR(c.motion.velocity.y, v.y(), 1e-12 * v.norm()) << n << " " << first;
+      }
+    }
+  }
+}
+
+/// Rotors of a chain on a carriage.
 TEST(Pull, MobilityHasTheRotorsOfAChainOnACart) {
   const Scene scene = readSceneText(
       "chain: [cart, rod, tool]\nlinks:\n  cart: {mass: 2, joint: {type: prismatic, axis: [1, 0.4]}}\n"
@@ -109,8 +137,11 @@ TEST(Pull, MovesWithTheBase) {
       "initial: "
       "{angle: -0.4, velocity: 2}}\n";
   const std::string rods = links.substr(links.find("  rod"));
-  for (const std::string& text :
-       {"chain: [cart, rod, tool]\n" + links, "chain: [rod, tool]\nlinks:\n" + rods}) {
+  const std::string within =  // the chain
+      "  tube: {mass: 0.7, inertia: 0.1, com: [0.1, 0.2], pin: [0.3, 0.1], joint: {type: prismatic, axis: "
+      "[1, -2], rotor_inertia: 3}, initial: {position: 0.4, velocity: -0.8}}\n";
+  for (const std::string& text : {"chain: [cart, rod, tool]\n" + links, "chain: [rod, tool]\nlinks:\n" + rods,
+                                  "chain: [rod, tube, tool]\nlinks:\n" + rods + within}) {
     const Scene scene =
         readSceneText(text + "base: {angle: {offset: 2.5}, x: {amplitude: 0.3, frequency: 1}}\n");
     const int n = scene.chain.size();

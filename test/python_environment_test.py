@@ -66,6 +66,23 @@ class Environments(unittest.TestCase):
         self.assertTrue(env.observation_space.contains(observation))
         self.assertEqual(env.observation_space.high.tolist(), [np.inf, 1, 1, np.inf, np.inf])
 
+    def test_a_telescope_is_pushed_and_seen_in_m(self):
+        rod = {"mass": 1, "inertia": 0.1, "com": [0.5, 0], "pin": [0.5, 0]}
+        along = {"type": "prismatic", "axis": [1, 0], "effort_limit": 50.0}
+        env = Spin({"out_joint": 50}, Scene({"chain": ["arm", "out", "tool"], "gravity": [0, 0],
+                                             "links": {"arm": rod, "out": {**rod, "joint": along}, "tool": rod}}), render_mode="rgb_array")
+        env.reset()
+        observation, _, _, _, info = env.step([1])
+        (arm, out, tool), qd = info["q"], info["qd"]
+        self.assertAlmostEqual(out, 0.5 * 50 / 2 * 0.05 ** 2, delta=1e-9)  # of two masses, without a turn
+        self.assertEqual(observation.tolist(), [out, np.sin(arm), np.sin(tool), np.cos(arm), np.cos(tool), *qd])
+        self.assertEqual(env.observation_space.high.tolist(), [np.inf, 1, 1, 1, 1, np.inf, np.inf, np.inf])
+        self.assertTrue(env.observation_space.contains(observation))
+        for _ in range(40):
+            env.step([1])
+        picture = env.render(100)  # it goes to the edge, however long it is
+        self.assertTrue((picture[50, 90] != 255).any())
+
     def episode(self, seed):
         env = Rest()
         env.action_space.seed(seed)
@@ -193,7 +210,8 @@ class Environments(unittest.TestCase):
         rows, columns = np.nonzero((picture != 255).any(axis=2))
         self.assertLess(abs(rows - 50).max(), 4)
         self.assertTrue(45 < columns.min() < 50 and 95 < columns.max() < 99, (columns.min(), columns.max()))
-        self.assertIsNone(Spin({"rod_joint": 1.0}).render())
+        with self.assertRaisesRegex(ValueError, r'^render: expected Spin\(…, render_mode="rgb_array"\), got one without a render_mode$'):
+            Spin({"rod_joint": 1.0}).render()
         with self.assertRaisesRegex(ValueError, "render_mode: expected None or rgb_array, got 'human'"):
             Spin({"rod_joint": 1.0}, render_mode="human")
 

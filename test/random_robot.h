@@ -2,7 +2,7 @@
 
 /// Random URDF robots that are planar chains, with everything turned and shifted that may be: the plane lies
 /// anywhere, frames have any orientation, joints are anywhere along their axes, links have links on fixed
-/// joints, inertia tensors are full. The first joints may be prismatic, planar or floating.
+/// joints, inertia tensors are full. The first joint may be planar or floating, any joint prismatic.
 
 #include <Eigen/Geometry>
 #include <sstream>

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The scene cart_pole in the node: what a slide has in every message and service, in m and N."""
+"""The scene cart_pole in the node: what a prismatic joint has in every message and service, in m and N."""
 
 import math
 import os
@@ -31,7 +31,7 @@ def cart_pole(**more):
 
 
 class Carts(Watching):
-    def test_a_slide_is_a_joint_like_any_other(self):
+    def test_a_prismatic_joint_is_a_joint_like_any_other(self):
         frames = Listener('/tf', TFMessage)
         with Node(cart_pole()):
             self.states.wait_for_count(3)
@@ -48,7 +48,7 @@ class Carts(Watching):
             equations = service('equations', Equations)([0, math.pi / 2], [0, 0])
             numpy.testing.assert_allclose(equations.M.data, [total, -m * c, -m * c, inertia], rtol=1e-12)
 
-            # Set; the cart's frame is on its rail.
+            # Set; the cart's frame is on its axis.
             self.assertTrue(service('set_state', SetState)([0.3, -math.pi / 2], [0, 0]).success)
             at = frames.wait_for(lambda message: any(
                 each.child_frame_id == 'cart' and abs(each.transform.translation.x - 0.3) < 0.01

@@ -77,11 +77,15 @@ def urdf_tree(urdf, joints):
             tree[joint.find('child').get('link')] = (
                 joint.find('parent').get('link'), about_x(joint.find('origin').get('rpy')))
             continue
-        assert joint.get('type') == 'continuous' and joint.find('axis').get('xyz') == '0 0 1'
         assert joint.find('origin').get('rpy') == '0 0 0'
-        origin = [float(number) for number in joint.find('origin').get('xyz').split()]
-        tree[joint.find('child').get('link')] = (
-            joint.find('parent').get('link'), about_z(joints[joint.get('name')], origin))
+        origin, axis = (numpy.array(joint.find(of).get('xyz').split(), float) for of in ('origin', 'axis'))
+        q = joints[joint.get('name')]
+        if joint.get('type') == 'prismatic':
+            pose = about_z(0, origin + q * axis)
+        else:
+            assert joint.get('type') == 'continuous' and axis.tolist() == [0, 0, 1]
+            pose = about_z(q, origin)
+        tree[joint.find('child').get('link')] = (joint.find('parent').get('link'), pose)
     return tree
 
 
@@ -169,28 +173,38 @@ class Frames(unittest.TestCase):
         self.assertEqual(robot.find("joint[@name='shoulder']/dynamics").get('damping'), '0.25')
         self.assertEqual(robot.find("joint[@name='lower_joint']/origin").get('xyz'), '0.8 0.3 0')
 
-    def test_two_chains_in_two_namespaces(self):
-        both = {}
-        for prefix in ('left/', 'right/'):
-            transforms, state, links = self.transforms_of(prefix)
-            both[prefix] = {one.child_frame_id for one in transforms}
-            self.assertEqual({one.header.frame_id for one in transforms} - both[prefix], {'world'})
-            self.assertTrue(all(name.startswith(prefix) for name in both[prefix]))
+    def assert_all_tell_the_same(self, prefix):
+        """/tf, the URDF moved by joint_states, and link_states. Returns the frames."""
+        transforms, state, links = self.transforms_of(prefix)
+        by_tf = tree_of(transforms)
+        urdf = rospy.get_param('/%srobot_description' % prefix)
+        by_urdf = urdf_tree(urdf, dict(zip(state.name, state.position)))
+        for name, pose in zip(links.name, links.pose):
+            in_base = pose_in(prefix + 'base_link', prefix + name, by_tf)
+            self.assert_poses_equal(
+                in_base, pose_in(prefix + 'base_link', prefix + name, by_urdf))
+            self.assert_poses_equal(
+                pose_in('world', prefix + name, by_tf), pose_in('world', prefix + name, by_urdf))
+            com = ElementTree.fromstring(urdf).find(
+                "link[@name='%s']/inertial/origin" % (prefix + name)).get('xyz').split()
+            self.assert_poses_equal((in_base @ [*map(float, com), 1])[:2], [pose.x, pose.y])
+            self.assert_poses_equal(in_base[:2, 0], [math.cos(pose.theta), math.sin(pose.theta)])
+        frames = {one.child_frame_id for one in transforms}
+        self.assertEqual({one.header.frame_id for one in transforms} - frames, {'world'})
+        self.assertTrue(all(name.startswith(prefix) for name in frames))
+        return frames
 
-            # Four roads to the same poses: /tf, the URDF moved by joint_states, and link_states.
-            by_tf = tree_of(transforms)
-            urdf = rospy.get_param('/%srobot_description' % prefix)
-            by_urdf = urdf_tree(urdf, dict(zip(state.name, state.position)))
-            for name, pose in zip(links.name, links.pose):
-                in_base = pose_in(prefix + 'base_link', prefix + name, by_tf)
-                self.assert_poses_equal(
-                    in_base, pose_in(prefix + 'base_link', prefix + name, by_urdf))
-                self.assert_poses_equal(
-                    pose_in('world', prefix + name, by_tf), pose_in('world', prefix + name, by_urdf))
-                com = ElementTree.fromstring(urdf).find(
-                    "link[@name='%s']/inertial/origin" % (prefix + name)).get('xyz').split()
-                self.assert_poses_equal((in_base @ [*map(float, com), 1])[:2], [pose.x, pose.y])
-                self.assert_poses_equal(in_base[:2, 0], [math.cos(pose.theta), math.sin(pose.theta)])
+    def test_prismatic_joints_within_the_chain(self):
+        def sliding(x, y, velocity):
+            return {'mass': 1.0, 'inertia': 0.1, 'com': [0.1, 0.2], 'pin': [0.3, -0.1],
+                    'joint': {'type': 'prismatic', 'axis': [x, y]}, 'initial': {'position': 0.4, 'velocity': velocity}}
+        scene = dict(L_SHAPED, chain=['cart', 'upper', 'tube', 'lower', 'end'])
+        scene['links'] = dict(scene['links'], cart=sliding(1.0, 0.5, 0.2), tube=sliding(3.0, -4.0, 0.5), end=sliding(0.0, 1.0, -0.3))
+        with Node(scene, '/alone'):
+            self.assert_all_tell_the_same('alone/')
+
+    def test_two_chains_in_two_namespaces(self):
+        both = {prefix: self.assert_all_tell_the_same(prefix) for prefix in ('left/', 'right/')}
         self.assertFalse(both['left/'] & both['right/'])
 
         topics = dict(rospy.get_published_topics())

@@ -87,7 +87,7 @@ class Dragged(unittest.TestCase):
         listeners = (self.states, self.taken, self.pictures, self.changes, self.links)
         self.addCleanup(lambda: [listener.close() for listener in listeners])
 
-    def start(self, **more):
+    def start(self, markers=('rod',), **more):
         """A rod at rest along x, its tip held by the mouse; one force for each tick from here on."""
         for running in (Node(rod(publish={'rate': RATE}, **more)), Pull()):
             running.__enter__()
@@ -100,7 +100,7 @@ class Dragged(unittest.TestCase):
         self.changes.wait_for(lambda update: update.seq_num > 0)
         offered = Listener('/pull/update_full', InteractiveMarkerInit)
         self.addCleanup(offered.close)
-        offered.wait_for(lambda offer: [marker.name for marker in offer.markers] == ['rod'])
+        offered.wait_for(lambda offer: {marker.name for marker in offer.markers} == set(markers))
         self.rviz = Rviz()
         self.addCleanup(self.rviz.close)
         state = self.step()
@@ -159,6 +159,19 @@ class Dragged(unittest.TestCase):
         self.drag(math.cos(angle), math.sin(angle), -turned)
         states = [self.step_with_force() for _ in range(100)]
         self.assertAlmostEqual(states[-1].position[0], angle - turned, delta=0.005 * angle)
+
+    def test_a_link_on_a_prismatic_joint_comes_to_the_mouse_on_a_turned_base(self):
+        turned, way = 3.0, 0.1
+        sliding = {'type': 'prismatic', 'axis': [1.0, 0.0], 'rotor_inertia': 8.0}  # a motor that resists as four rods
+        links = {'boom': {**rod()['links']['rod'], 'initial': {'angle': -turned}}, 'rod': {**rod()['links']['rod'], 'joint': sliding}}
+        self.start(('boom', 'rod'), chain=['boom', 'rod'], base={'angle': {'offset': turned}}, links=links)
+        state = self.step_with_force()
+        self.rviz.say(InteractiveMarkerFeedback.POSE_UPDATE, state.header.stamp, (way, 0.0))
+        while self.forces()[-1].force.x < 1:
+            self.step_with_force()
+        states = [self.step_with_force() for _ in range(100)]
+        self.assertAlmostEqual(states[-1].position[1], way, delta=0.005 * way)
+        self.assertAlmostEqual(states[-1].position[0], -turned, delta=1e-9)
 
     def test_the_link_comes_to_the_mouse_with_critical_damping(self):
         self.start()

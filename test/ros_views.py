@@ -130,7 +130,7 @@ class Views(unittest.TestCase):
     def test_the_text_is_in_the_view_of_every_scene(self):
         chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
         scenes = {}
-        for name in ('bridge', 'crane', 'falling_chain', 'finger', 'gantry', 'jump_rope', 'rope', 'shaken', 'slider_crank', 'thrown'):
+        for name in ('bridge', 'crane', 'digger', 'falling_chain', 'finger', 'gantry', 'jump_rope', 'rope', 'shaken', 'slider_crank', 'telescope', 'thrown'):
             with open(os.path.join(PACKAGE, 'config', 'scenes', name + '.yaml'), encoding='utf-8') as file:
                 scenes[name] = yaml.safe_load(file)
         scenes['tiny'] = rod()
@@ -168,7 +168,7 @@ class Views(unittest.TestCase):
         self.assertGreater(supplied, kinetic)
         self.assertAlmostEqual(supplied - dissipated, kinetic, delta=0.01 * kinetic)
 
-    def test_a_force_along_a_rail_is_a_straight_arrow(self):
+    def test_a_force_in_a_prismatic_joint_is_a_straight_arrow(self):
         # The rail is 2 m long to both sides, so half the view is 1.6 m + 1.25 m. The arrow of the weight is a quarter of that, the arrow of
         # a quarter of the weight half of that. It begins at the carriage's end, three widths of 0.09 · 0.5 m from its middle.
         weight = 3.0 * 9.81
@@ -182,6 +182,40 @@ class Views(unittest.TestCase):
         scene['links']['rod']['initial'] = {'angle': -math.pi / 2}
         drives, = self.see(scene, 'drives')
         self.assert_arrow(self.only(drives, 'cart'), (0.0, 0.135), (0.0, 0.135 + 3.25 / 4))
+
+    def test_a_prismatic_joint_within_the_chain_is_drawn_along_its_axis(self):
+        weight = 3.0 * 9.81
+        scene = rod(chain=['rod', 'tube'], gravity=[0.0, -9.81], loads={'push': {'joint': 'tube_joint', 'torque': 2 * weight}})
+        scene['links']['tube'] = {
+            'mass': 1.0, 'pin': [0.5, 0.0], 'initial': {'position': 0.2},
+            'joint': {'type': 'prismatic', 'axis': [3.0, 4.0], 'lower': -0.5, 'upper': 0.5, 'stiffness': 50.0, 'friction': 900.0}}
+        loads, limits, springs, friction = self.see(scene, 'loads', 'limits', 'springs', 'friction')
+        bar = 0.09 * 0.5  # of the tube's length
+        self.assert_arrow(self.only(loads, 'tube'), *[(0.6 * x, 0.8 * x) for x in (bar, bar + 1.25 * 2 / 4)])
+        marks = corners(self.only(limits, 'rod'))
+        for band, limit in ((marks[:6], -0.5), (marks[6:], 0.5)):
+            for k, expected in ((0, 1 + 0.6 * limit), (1, 0.8 * limit)):
+                self.assertAlmostEqual(sum(corner[k] for corner in band) / 6, expected, delta=1e-9)
+        coil = corners(self.only(springs, 'rod'))
+        for (a, b), at in (((coil[0], coil[5]), -0.5), ((coil[-5], coil[-4]), 0.2)):
+            for k, expected in ((0, 1 + 0.6 * at), (1, 0.8 * at)):
+                self.assertAlmostEqual((a[k] + b[k]) / 2, expected, delta=1e-9)
+        # A pad on both sides of the block; friction holds it.
+        pads = self.only(friction, 'tube')
+        along = [0.6 * x + 0.8 * y for x, y in corners(pads)]
+        across = [0.6 * y - 0.8 * x for x, y in corners(pads)]
+        for ends, expected in ((along, bar), (across, 1.65 * bar)):
+            self.assertAlmostEqual(min(ends), -expected, delta=1e-9)
+            self.assertAlmostEqual(max(ends), expected, delta=1e-9)
+        self.assertGreater(pads.colors[0].g, pads.colors[0].r)
+
+    def test_a_chain_without_a_link_that_turns_is_drawn(self):
+        scene = rod(chain=['cart'], gravity=[0.0, -9.81])
+        scene['links'] = {'cart': {'mass': 2.0, 'joint': {'type': 'prismatic', 'axis': [1.0, 0.0]}}}
+        pins, = self.see(scene, 'pin_forces')
+        self.assert_arrow(self.only(pins, 'cart'), (0.0, 0.0), (0.0, 0.5))
+        chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
+        self.assertEqual(show.view_of_scene(scene), ((0, 0), (2 + show.FREE) / show.ASPECT))
 
     def test_limits_are_drawn_where_they_are(self):
         scene = rod(chain=['cart', 'rod', 'tool'])

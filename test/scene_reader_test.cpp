@@ -149,9 +149,32 @@ TEST(SceneReader, AStopWithoutAStiffnessIsAsStiffAsTheChainIsHeavy) {
   EXPECT_EQ(readSceneText(yaml).chain.joints()[0].stopStiffness, 7);
 }
 
-TEST(SceneReader, AJointGoesFiveMillisecondsOfItsRateIntoADefaultStop) {
+TEST(SceneReader, ADefaultStopIsDampedUnlessTheSceneGivesItsDampingOrStiffness) {
+  const auto dampingOf = [](const std::string& keys) {
+    return readSceneText("gravity: [0, 0]\n" + oneLink("joint: {upper: 0.1" + keys + "}"))
+        .chain.joints()[0]
+        .stopDamping;
+  };
+  EXPECT_EQ(dampingOf(", stop_damping: 0"), 0);
+  EXPECT_EQ(dampingOf(", stop_damping: 3"), 3);
+  EXPECT_EQ(dampingOf(", stop_stiffness: 7"), 0);
+  EXPECT_GT(dampingOf(""), 0);
+  // ẍ = −2 ζ ω ẋ − ω² x until it is 0, ω = 200/s, ζ = 0.4: depth and rate by its closed form.
+  const Scene scene = readSceneText("gravity: [0, 0]\nintegrator: {tolerance: 1e-12}\n" +
+                                    oneLink("joint: {upper: 0.1}, initial: {angle: 0.1, velocity: 2}"));
+  const double zeta = 0.4, root = std::sqrt(1 - zeta * zeta), phase = std::acos(zeta);
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(0.005 * phase / root));
+  EXPECT_NEAR(simulation.q()[0], 0.1 + 0.01 * std::exp(-zeta * phase / root), 1e-11);
+  EXPECT_NEAR(simulation.qd()[0], 0, 1e-8);
+  ASSERT_TRUE(simulation.advanceTo(0.02));
+  EXPECT_NEAR(simulation.qd()[0], -2 * std::exp(-2 * zeta * phase / root), 1e-8);
+}
+
+TEST(SceneReader, AJointGoesFiveMillisecondsOfItsRateIntoADefaultStopWithoutDamping) {
   const Scene scene =
-      readSceneText("gravity: [0, 0]\n" + oneLink("joint: {upper: 0.1}, initial: {angle: 0.1, velocity: 2}"));
+      readSceneText("gravity: [0, 0]\n" +
+                    oneLink("joint: {upper: 0.1, stop_damping: 0}, initial: {angle: 0.1, velocity: 2}"));
   Simulation simulation(scene);
   ASSERT_TRUE(simulation.advanceTo(pi / 2 * 0.005));
   EXPECT_NEAR(simulation.q()[0], 0.1 + 2 * 0.005, 1e-9);

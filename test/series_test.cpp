@@ -17,6 +17,7 @@
 #include "ode/methods.h"
 #include "ode/taylor.h"
 #include "planar_chain/scene_reader.h"
+#include "planar_chain/simulation.h"
 #include "random_scene.h"
 #include "report/benchmark/counted_system.h"
 #include "test_system.h"
@@ -39,11 +40,8 @@ struct Around {
 
   std::vector<double> start() const {
     std::vector<double> state(static_cast<std::size_t>(dynamics.size()));
-    double theta = 0, omega = 0;
-    for (std::size_t i = 0; i < scene.q.size(); ++i) {
-      state[i] = theta += scene.q[i];
-      state[scene.q.size() + i] = omega += scene.qd[i];
-    }
+    scene.chain.coordinates().toAbsolute(scene.q.data(), state.data());
+    scene.chain.coordinates().toAbsolute(scene.qd.data(), state.data() + n);
     return state;
   }
 
@@ -134,29 +132,91 @@ TEST_P(SeriesOf, PushedStopsObeysThem) {
   EXPECT_LT(around.violation(0.5 * around.reach()), 1e-11);
 }
 
+/// Rotors, sliding friction, driven joints and a base, with springs, dampers and loads; each joint is
+/// prismatic with this probability.
+Scene machine(int n, unsigned seed, double prismatic) {
+  Scene scene = test::randomScene(n, seed);
+  std::vector<Joint> joints = scene.chain.joints();
+  test::Random random(seed);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    joints[i].isPrismatic = random.between(0, 1) < prismatic;
+    joints[i].axis = random.vector(1);
+    if (i % 3 == 0) joints[i].others.emplace_back("rotor_inertia", 0.1 + 0.2 * static_cast<double>(i % 2));
+    if (i % 4 == 1) joints[i].others.emplace_back("friction", 0.3);
+    if (i % 5 == 1) joints[i].others.emplace_back("drag", 0.02);
+    if (i % 4 != 2) continue;
+    joints[i].stiffness = joints[i].damping = 0;
+    scene.drives.push_back({static_cast<int>(i), i % 8 == 2
+                                                     ? MotionLaw::sine(0.3, 0.7, 0.2, scene.q[i])
+                                                     : MotionLaw::spline({-0.5, 0, 0.6}, {0, 0.2, -0.1})});
+  }
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  scene.base = BaseLaws{MotionLaw::sine(0.1, 1.3, 0.4, 0), MotionLaw::spline({-1, 0.05, 2}, {0, 0.3, -0.2}),
+                        MotionLaw::sine(0.4, 0.5, 1, 0.2)};
+  return scene;
+}
+
 TEST_P(SeriesOf, MachinesObeyThem) {
-  // Rotors, sliding friction, driven joints and a base, with springs, dampers and loads.
   const int n = GetParam();
-  for (unsigned seed = 1; seed <= 12; ++seed) {
-    Scene scene = test::randomScene(n, seed);
-    std::vector<Joint> joints = scene.chain.joints();
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      if (i % 3 == 0) joints[i].others.emplace_back("rotor_inertia", 0.1 + 0.2 * static_cast<double>(i % 2));
-      if (i % 4 == 1) joints[i].others.emplace_back("friction", 0.3);
-      if (i % 4 != 2) continue;
-      joints[i].stiffness = joints[i].damping = 0;
-      scene.drives.push_back({static_cast<int>(i), i % 8 == 2
-                                                       ? MotionLaw::sine(0.3, 0.7, 0.2, scene.q[i])
-                                                       : MotionLaw::spline({-0.5, 0, 0.6}, {0, 0.2, -0.1})});
+  for (const double prismatic : {0.0, 0.5}) {
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+      Around around(machine(n, seed, prismatic));
+      ASSERT_TRUE(around.dynamics.hasSeries());
+      const double h = around.reach();
+      ASSERT_GT(h, 1e-4);
+      for (const double share : {-0.5, 0.25, 0.5, 1.0}) {
+        EXPECT_LT(around.violation(share * h), 1e-11)
+            << n << " links, seed " << seed << ", h = " << share * h << ", prismatic " << prismatic;
+      }
     }
-    scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-    scene.base = BaseLaws{MotionLaw::sine(0.1, 1.3, 0.4, 0), MotionLaw::spline({-1, 0.05, 2}, {0, 0.3, -0.2}),
-                          MotionLaw::sine(0.4, 0.5, 1, 0.2)};
-    Around around(scene);
-    const double h = around.reach();
-    ASSERT_GT(h, 1e-4);
-    for (const double share : {-0.5, 0.25, 0.5, 1.0}) {
-      EXPECT_LT(around.violation(share * h), 1e-11) << n << " links, seed " << seed << ", h = " << share * h;
+  }
+}
+
+/// A boom, a link that slides on it, and a tool. slider: more keys of the slider's joint.
+std::string telescope(const std::string& slider, const std::string& loads) {
+  return "chain: [boom, slider, tool]\nlinks:\n  boom: {mass: 1, inertia: 0.1, com: [0.4, 0], pin: [0.8, 0], "
+         "initial: {angle: 0.5, velocity: 1}, joint: {damping: 0.2}}\n  slider: {mass: 0.5, inertia: 0.02, "
+         "com: "
+         "[0.1, 0.05], pin: [0.3, 0], joint: {type: prismatic, axis: [1, 0.2]" +
+         slider +
+         "}}\n  tool: {mass: 0.3, inertia: 0.01, com: [0.2, 0], pin: [0.4, 0], initial: {angle: -1}, joint: "
+         "{stiffness: 3}}\n" +
+         loads;
+}
+
+TEST(Taylor, MovesPrismaticJointsAsOtherMethodsDo) {
+  const std::string wind =
+      "loads:\n  wind: {link: slider, force: [2, 1], point: [0.1, 0.2], moment: 0.3, frequency: 1.5}\n  "
+      "push: "
+      "{joint: slider_joint, torque: 3, frequency: 0.7}\n  hang: {link: tool, force: [0, -2], point: [0.4, "
+      "0]}\n";
+  const std::string cart =
+      "chain: [cart, pole]\nlinks:\n  cart: {mass: 1, joint: {type: prismatic, rotor_inertia: 0.6}}\n  pole: "
+      "{mass: 0.4, inertia: 0.01, com: [0.25, 0], pin: [0.5, 0], initial: {angle: 0.4}}\n";
+  const std::string carriages =
+      "chain: [x, y, pole]\nlinks:\n  x: {mass: 1, joint: {type: prismatic, stiffness: 5}}\n  y: {mass: 0.5, "
+      "joint: {type: prismatic, axis: [0.3, 1], stiffness: 30, damping: 0.2}}\n  pole: {mass: 0.4, inertia: "
+      "0.01, com: [0.25, 0], pin: [0.5, 0], initial: {angle: 0.4, velocity: 2}}\n";
+  const std::string floating =
+      "chain: [a, b]\nlinks:\n  a: {mass: 1, inertia: 0.1, com: [0.3, 0], pin: [0.6, 0], joint: {type: "
+      "floating}, initial: {angle: 0.3, velocity: 2}}\n  b: {mass: 0.5, inertia: 0.05, com: [0.3, 0], pin: "
+      "[0.6, 0], initial: {angle: 1}}\n";
+  for (const std::string& text :
+       {telescope("", ""), telescope(", stiffness: 200, damping: 2, rest_angle: 0.1", wind),
+        telescope(", rotor_inertia: 0.4, drag: 0.3", wind),
+        telescope(", drive: {amplitude: 0.1, frequency: 0.8, offset: 0.2}", ""), cart, carriages, floating}) {
+    std::vector<std::vector<double>> ends;
+    for (const char* method : {"taylor", "dop853", "radau13"}) {
+      Scene scene = readSceneText(text);
+      scene.integrator.method = method;
+      scene.integrator.tolerance = 1e-13;
+      Simulation simulation(scene);
+      ASSERT_TRUE(simulation.advanceTo(1)) << method << ": " << simulation.fault();
+      ends.push_back(simulation.q());
+      ends.back().insert(ends.back().end(), simulation.qd().begin(), simulation.qd().end());
+    }
+    for (const std::vector<double>& other : {ends[1], ends[2]}) {
+      for (std::size_t i = 0; i < other.size(); ++i) EXPECT_NEAR(ends[0][i], other[i], 1e-11) << text << i;
     }
   }
 }

@@ -134,7 +134,7 @@ class Faults(PlotTool):
             file.write("chain: [a]\nlinks: {a: {mass: -1, inertia: 1, com: [0, 0], pin: [1, 0]}}\n")
         for tool, *more in there(("simulate", "--duration", "1"), ("equations",), ("fit", "--data", "x.csv", "--vary", "links/a/mass"),
                                  ("sweep", "--vary", "links/a/mass=1,2", "--duration", "1", "--output", self.path("out.csv")),
-                                 ("formulas", "--format", "c")):
+                                 ("formulas", "--format", "c"), ("modes",), ("bode", "--input", "a_joint", "--output", "a/x")):
             run = self.run_tool(tool, scene, *more)
             self.assertEqual(run.returncode, 2, run.stderr)
             self.assertRegex(run.stderr, rf"^({tool}: )?{scene}:2: links/a/mass: expected a number > 0 kg, got -1\n$")
@@ -157,13 +157,14 @@ class Faults(PlotTool):
         with open(page, "w", encoding="ascii") as file:
             file.write("{page_chain.pdf}")  # it is the page's own
         for tool, picture, *arguments in there(("plot", "full.pdf", self.path("run.csv"), "--output", self.path("full.pdf")),
+                                               ("modes", "full.pdf", SCENE, "--plot", self.path("full.pdf")),
                                                ("formulas", "page_chain.pdf", SCENE, "--format", "latex", "--output", page)):
             run = self.run_tool(tool, *arguments)
             self.assertEqual((run.returncode, run.stderr), (1, f"{tool}: cannot write {self.path(picture)}: No space left on device\n"))
 
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
     def test_help_that_cannot_be_written_fails(self):
-        for tool, *_ in there(("plot",), ("show",), ("fit",), ("sweep",), ("formulas",)):
+        for tool, *_ in there(("plot",), ("show",), ("fit",), ("sweep",), ("formulas",), ("modes",), ("bode",)):
             with open("/dev/full", "w", encoding="ascii") as full:
                 run = subprocess.run([os.path.join(BIN, tool), "--help"], stdout=full, stderr=subprocess.PIPE,
                                      universal_newlines=True, check=False)

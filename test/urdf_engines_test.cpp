@@ -187,6 +187,25 @@ TEST_P(UrdfIn, OfCarts) {
   }
 }
 
+/// Written, and read: a telescope in the middle of a chain, and one at its end.
+TEST_P(UrdfIn, OfPrismaticJointsWithinTheChain) {
+  const Scene scene = readSceneText(
+      "chain: [a, b, c, d, e]\nlinks:\n"
+      "  a: {mass: 1, inertia: 0.2, com: [0.5, 0.1], pin: [1, 0.2], joint: {damping: 0.2}}\n"
+      "  b: {mass: 2, inertia: 0.5, com: [0.1, 0.2], pin: [0.3, 0.1],"
+      " joint: {type: prismatic, axis: [1, 0.3], damping: 0.7}}\n"
+      "  c: {mass: 0.6, inertia: 0.1, pin: [0.2, 0], joint: {type: prismatic, axis: [0, -1]}}\n"
+      "  d: {mass: 0.5, inertia: 0.1, com: [0.3, 0], pin: [0.6, 0]}\n"
+      "  e: {mass: 0.4, inertia: 0.2, com: [0.3, 0.1], joint: {type: prismatic, axis: [2, 1], damping: "
+      "0.3}}\n");
+  compare(GetParam().load(urdfOf(scene, framesOf(scene, "/")), {0, 0, -9.81}, scene.chain), scene, 1e-9,
+          "written");
+  const std::string urdf = test::urdfOf(
+      test::randomRobot(6, 7, {"continuous", "prismatic", "prismatic", "continuous", "prismatic"}));
+  const Scene read = readScene(Value(Value::Map{{"robot_description", Value(urdf)}}));
+  compare(GetParam().load(urdf, {0, 0, -9.81}, read.chain), read, GetParam().tolerance, "read");
+}
+
 TEST_P(UrdfIn, OfPointMasses) {
   const Scene scene = readSceneText(
       "chain: [a, b]\n"

@@ -103,7 +103,7 @@ class Robots : public testing::TestWithParam<Shape> {};
 
 TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
   const auto& [links, front] = GetParam();
-  const bool isFree = !front.empty() && front[0] != "prismatic";
+  const bool isFree = !front.empty() && (front[0] == "planar" || front[0] == "floating");
   const int n = isFree ? links + 2 : links;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const std::vector<test::Part> parts = test::randomRobot(links, seed, front);
@@ -131,7 +131,9 @@ TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
 INSTANTIATE_TEST_SUITE_P(Links, Robots,
                          testing::Values(Shape{1}, Shape{2}, Shape{3}, Shape{7}, Shape{3, {"prismatic"}},
                                          Shape{4, {"prismatic", "prismatic"}}, Shape{1, {"planar"}},
-                                         Shape{3, {"floating"}}));
+                                         Shape{3, {"floating"}}, Shape{4, {"continuous", "prismatic"}},
+                                         Shape{5, {"prismatic", "continuous", "prismatic", "prismatic"}},
+                                         Shape{3, {"planar", "prismatic"}}));
 
 // ---- By hand ---------------------------------------------------------------------------------
 
@@ -263,7 +265,7 @@ const std::string cartPole =
     "<dynamics damping='0.1' friction='0.2'/></joint><joint name='hinge' type='continuous'>"
     "<parent link='cart'/><child link='pole'/><origin xyz='0 0.1 0.25'/><axis xyz='0 -1 0'/></joint></robot>";
 
-TEST(Carts, HaveTheRailOfAPrismaticJoint) {
+TEST(Carts, HaveTheAxisOfAPrismaticJoint) {
   const Scene scene =
       sceneOf(cartPole, "links: {cart: {joint: {stiffness: 3}, initial: {position: 0.3, velocity: 1}}}");
   EXPECT_EQ(scene.chain.coordinates().leading(), 1);

@@ -44,7 +44,10 @@ void expectTheSameAgain(const Scene& scene) {
     EXPECT_EQ(again.joints[i].name, joint.name);
     EXPECT_EQ(again.joints[i].damping, joint.damping);
     EXPECT_EQ(again.joints[i].isPrismatic, joint.isPrismatic);
-    if (joint.isPrismatic) expectNear(again.joints[i].axis.x, joint.axis.x, 1, joint.name);
+    if (joint.isPrismatic) {
+      expectNear(again.joints[i].axis.x, joint.axis.x, 1, joint.name);
+      expectNear(again.joints[i].axis.y, joint.axis.y, 1, joint.name);
+    }
     EXPECT_EQ(again.joints[i].lower, joint.lower);
     EXPECT_EQ(again.joints[i].upper, joint.upper);
   }
@@ -64,6 +67,39 @@ TEST(Urdf, OfEverySceneThatShipsIsTheSameChainAgain) {
 
 TEST(Urdf, OfRandomScenesIsTheSameChainAgain) {
   for (unsigned seed = 1; seed <= 20; ++seed) expectTheSameAgain(test::randomScene(5, seed));
+}
+
+/// With limits, and with a boom that is bent.
+constexpr const char* telescope =
+    "chain: [boom, tube, tool]\nlinks:\n"
+    "  boom: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [0.6, 0.2]}\n"
+    "  tube: {mass: 1, inertia: 0.1, com: [0.2, 0], pin: [0.4, 0], joint: {type: prismatic, axis: [3, -4],"
+    " lower: -0.1, upper: 1, damping: 2, effort_limit: 3}}\n"
+    "  tool: {mass: 1, inertia: 0.1, com: [0.2, 0], pin: [0.5, 0]}\n";
+
+TEST(Urdf, OfAPrismaticJointWithinTheChainIsTheSameChainAgain) {
+  const Scene scene = readSceneText(telescope);
+  expectTheSameAgain(scene);
+  EXPECT_EQ(readUrdf(urdfOf(scene, framesOf(scene, "/"))).joints[1].other("effort_limit"), 3);
+}
+
+/// Two rails on the boom, from limit to limit, and a block of the tube between them.
+TEST(Urdf, ShowsWhatSlidesOnWhat) {
+  const Scene scene = readSceneText(telescope);
+  const std::string urdf = urdfOf(scene, framesOf(scene, "/"));
+  const Drawing drawing(scene);
+  const auto link = [&](const std::string& name) {
+    const std::size_t at = urdf.find("<link name=\"" + name + "\">");
+    return urdf.substr(at, urdf.find("</link>", at) - at);
+  };
+  const std::string rail = "<box size=\"" + toText(1.1 + blockLength * drawing.bar);
+  const std::string boom = link("boom"), block = "<box size=\"" + toText(blockLength * drawing.bar) + " ";
+  const std::size_t first = boom.find(rail);
+  EXPECT_NE(first, std::string::npos) << boom;
+  EXPECT_NE(boom.find(rail, first + 1), std::string::npos);
+  EXPECT_NE(link("tube").find(block), std::string::npos);
+  EXPECT_EQ(link("tool").find(block), std::string::npos);
+  EXPECT_EQ(halfBlock(scene.chain, 1), blockLength / 2);
 }
 
 /// A bearing has eight parts, as the one of the base; a line is a rail.
@@ -151,6 +187,14 @@ TEST(Urdf, IsWholeInTheFirstView) {
       "base: {x: {offset: 2, amplitude: 1, frequency: 1}, angle: {times: [0, 1], values: [0, 1]}}";
   EXPECT_DOUBLE_EQ(viewOf(slides + along, base).centre.x, 2);
   EXPECT_DOUBLE_EQ(viewOf(slides + along, base).half, 8.25);
+  // A prismatic joint on a link counts up to its limits; without them, to a quarter of the chain's length.
+  const Extent arm(readSceneText(telescope));
+  EXPECT_DOUBLE_EQ(arm.links, std::hypot(0.6, 0.2) + 0.4 + 0.5);
+  EXPECT_DOUBLE_EQ(arm.reach, arm.links + 1);
+  EXPECT_DOUBLE_EQ(arm.half, 1.25 * arm.reach);
+  std::string free = telescope;
+  free.replace(free.find("lower: -0.1, upper: 1, "), 23, "");
+  EXPECT_DOUBLE_EQ(Extent(readSceneText(free)).reach, 1.25 * arm.links);
   const Scene crane = readSceneText(
       "chain: [rod]\nlinks: {rod: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}}\n"
       "base: {x: {times: [0, 1], values: [0, 6]}}");

@@ -14,8 +14,8 @@ namespace planar_chain {
 
 struct PlanarRobot {
   std::vector<Link> links;    ///< moving links, outwards; the pin of the last is its farthest frame
-  std::vector<Joint> joints;  ///< name, damping, limits, friction, effort_limit, velocity_limit, rail
-  bool floats = false;        ///< the first two are slides without mass, for a planar or floating joint
+  std::vector<Joint> joints;  ///< name, damping, limits, friction, effort_limit, velocity_limit, axis
+  bool floats = false;        ///< the first two are prismatic without mass, for a planar or floating joint
   Vec2d gravity;              ///< m/s²: 9.81 along −z of the root link, projected into the plane
   Appearance appearance;      ///< the visual elements, at their places and depths; empty if there are none
   std::vector<Note> notes;    ///< ignored elements and unexpected readings
@@ -30,7 +30,7 @@ struct PlanarRobot {
 /// is used. This is exact, because the pins keep the chain in the plane. Links on fixed joints form one body.
 /// Links fixed to the root are the ground.
 /// @throws Refused with every fault at once, such as
-///   robot_description/joint[slide]/type: expected prismatic of the first joint only …
+///   robot_description/joint[elbow]/axis: expected an axis parallel to the first joint's …
 PlanarRobot readUrdf(const std::string& text);
 
 /// The same, with the faults added to `faults`. A body with faults is replaced by a disc, and its joint has

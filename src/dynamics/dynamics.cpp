@@ -31,7 +31,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
   const bool acts = !effects_.empty(), hasForces = effects_.mostActing() == LoadKind::forces;
   room_.e.resize(index(ShortChain::roomFor(n_)));
   room_.derivative.resize(index(size()));
-  room_.N.resize(acts ? n : 0);
+  room_.N.resize(acts || general_ ? n : 0);
   room_.F.resize(hasForces ? n : 0);
   room_.pinVelocity.resize(room_.F.size());
   N_ = room_.N.data();

@@ -98,7 +98,9 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
-  long long evaluations() const { return (general_ ? general_->evaluations() : evaluations_) + endedOrders_; }
+  long long evaluations() const {
+    return (general_ ? general_->evaluations() : evaluations_) + seriesOrders_;
+  }
   Energy energy(double t, const double* y) const;
   /// Write n values each; see simulation.h.
   void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y
@@ -209,7 +211,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<Momenta> momenta_;        ///< of a free chain
   int n_, places_, works_;
   const Stores stores_;
-  long long evaluations_ = 0, endedOrders_ = 0;
+  long long evaluations_ = 0, seriesOrders_ = 0;
 
   int positions_;
   bool isBare_ = true;  ///< nothing acts but pins, gravity and inertia
@@ -223,7 +225,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<ExactSolve> solve_;
   std::optional<MotionSeries> series_;
   std::optional<GeneralSeries> generalSeries_;
-  std::optional<Couplings> orders_;  ///< of the coupled series
+  std::optional<Couplings> orders_;  ///< of the general series
   Series known_{};                   ///< of the series in hand
 };
 

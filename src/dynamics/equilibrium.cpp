@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "dynamics/body_groups.h"
 #include "dynamics/closure.h"
 #include "dynamics/effect_tangents.h"
 #include "dynamics/group_matrix.h"
@@ -48,6 +49,7 @@ class Search {
       : scene_(scene),
         t_(t),
         coordinates_(scene.chain.coordinates()),
+        groups_(scene),
         n_(scene.chain.size()),
         effects_(scene, nullptr, &EffectKind::isInEquilibrium),
         tangents_(n_, effects_),
@@ -57,7 +59,9 @@ class Search {
       throw std::domain_error("forces that depend on place, beside which none is sought");
     effects_.enter(t);
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
-    group();
+    matrix_.apart = groups_.displacements();
+    for (int g = 0; g < groups_.displacements(); ++g)
+      matrix_.turner.push_back(groups_.turner(groups_.first(g)));
     for (const Load& load : scene.loads) loads_.push_back({&load, factorAt(load, t)});
     // The moments that weights and forces can have: what residuals are compared with.
     double reach = 0;
@@ -89,14 +93,13 @@ class Search {
     Eigen::VectorXd theta(n_);
     coordinates_.toAbsolute(q.data(), theta.data());
     for (int i = 0; i < coordinates_.leading() && !held_; ++i) {
-      if (!isDriven_[index(i)]) settleSlide(i, theta);
+      if (!groups_.isDriven(i)) settleCarriage(i, theta);
     }
     const Eigen::VectorXd start = theta;
-    const auto groups = static_cast<Eigen::Index>(firsts_.size());
     int step = 0;
     for (; step < mostSteps && (!keepGoing || keepGoing()); ++step) {
       find(theta);
-      const bool isBalanced = groups == 0 || moment_.cwiseAbs().maxCoeff() <= exact * scale_;
+      const bool isBalanced = groups_.size() == 0 || moment_.cwiseAbs().maxCoeff() <= exact * scale_;
       if (isBalanced && leaveSaddle(theta)) continue;
       if (isBalanced || !descend(theta)) {
         // No step lowers the energy: rounding is all that is left, or the energy is flat.
@@ -131,36 +134,6 @@ class Search {
     return std::abs(least - q) > longestTurn ? least : q;
   }
 
-  /// Bodies behind driven joints turn with the body before: one group. Group −1 is the ground. Displacements
-  /// are groups too, the first ones; but those of carriages without a held tip do not depend on angles.
-  void group() {
-    isDriven_.resize(index(n_), false);
-    for (const Drive& drive : scene_.drives) isDriven_[index(drive.joint)] = true;
-    groups_.assign(index(n_), -1);
-    for (int j = 0; j < n_; ++j) {
-      if (!coordinates_.isPrismatic(j) || isDriven_[index(j)] || (coordinates_.turner(j) < 0 && !scene_.tip))
-        continue;
-      groups_[index(j)] = static_cast<int>(firsts_.size());
-      firsts_.push_back(j);
-    }
-    matrix_.apart = static_cast<int>(firsts_.size());
-    int last = -1;
-    for (int j = 0; j < n_; ++j) {
-      if (coordinates_.isPrismatic(j)) continue;
-      if (!isDriven_[index(j)]) {
-        last = static_cast<int>(firsts_.size());
-        firsts_.push_back(j);
-      }
-      groups_[index(j)] = last;
-    }
-    for (Eigen::Index g = 0; g < matrix_.apart; ++g)
-      matrix_.turner.push_back(turnerGroup(firsts_[static_cast<std::size_t>(g)]));
-  }
-  /// The group with which body j turns.
-  int turnerGroup(int j) const {
-    const int turner = coordinates_.turner(j);
-    return turner >= 0 ? groups_[index(turner)] : -1;
-  }
   /// What a displacement changes by where an angle turns by 1 rad, m. So forces are compared with moments.
   double unitOf(int j) const { return coordinates_.isPrismatic(j) ? reach_ : 1; }
 
@@ -171,10 +144,10 @@ class Search {
     if (std::all_of(own->isPrismatic ? own : joints.begin(), own + 1, storesEnergy))
       throw SearchGaveUp("the search for an equilibrium gave up " + toText(farthest * unitOf(j)) +
                          (own->isPrismatic ? " m" : " rad") + " from its start: there may be one");
-    if (own->isPrismatic) throw std::domain_error(endlessSlide(*own));
+    if (own->isPrismatic) throw std::domain_error(endlessMotion(*own));
     throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
   }
-  static std::string endlessSlide(const Joint& joint, const std::string& why = "") {
+  static std::string endlessMotion(const Joint& joint, const std::string& why = "") {
     return "the joint " + joint.name + " slides without end" + why + ": it needs a spring or a limit";
   }
 
@@ -229,8 +202,8 @@ class Search {
     return matrix_.factorBy(shares, least) ? closedTurn() : Eigen::VectorXd();
   }
 
-  /// Newton's method along a rail whose springs and stops are piecewise linear.
-  void settleSlide(int i, Eigen::VectorXd& theta) {
+  /// Newton's method along the axis of a carriage whose springs and stops are piecewise linear.
+  void settleCarriage(int i, Eigen::VectorXd& theta) {
     const Joint& joint = scene_.chain.joints()[index(i)];
     constexpr int most = 100;
     for (int step = 0; step < most; ++step) {
@@ -247,7 +220,7 @@ class Search {
       } else if (std::isfinite(stop) && (force > 0 ? theta[i] <= stop : theta[i] >= stop)) {
         theta[i] = stop + force / joint.stopStiffness;
       } else {
-        throw std::domain_error(endlessSlide(joint, " under " + toText(force) + " N"));
+        throw std::domain_error(endlessMotion(joint, " under " + toText(force) + " N"));
       }
     }
     throw std::domain_error("none was found for the joint " + joint.name);
@@ -265,7 +238,7 @@ class Search {
     tangents_.takeConstant(effects_);
     tangents_.takeJoints(effects_, at);
     tangents_.takeForces(effects_, at);
-    const auto groups = static_cast<Eigen::Index>(firsts_.size());
+    const int groups = groups_.size();
     moment_.setZero(groups);
     matrix_.kappa.setZero(groups);
     matrix_.spring.setZero(groups);
@@ -276,8 +249,8 @@ class Search {
     }
     matrix_.across.setZero(matrix_.apart);
     for (int j = n_ - 1; j >= 0; --j) addBody(j, theta[j], outer);
-    for (Eigen::Index g = 0; g < groups; ++g) {
-      const int first = firsts_[static_cast<std::size_t>(g)];
+    for (int g = 0; g < groups; ++g) {
+      const int first = groups_.first(g);
       matrix_.spring[g] = unitOf(first) * unitOf(first) * tangents_.k[index(first)];
     }
   }
@@ -287,7 +260,7 @@ class Search {
     const Vec2d weight = link.mass * scene_.chain.gravity();
     const Vec2d R = e_[index(j)] * link.com, P = e_[index(j)] * link.pin;
     const Vec2d all = outer + weight + F_[index(j)];
-    const int turned = turnerGroup(j);
+    const int turned = groups_.turner(j);
     const bool isPrismatic = coordinates_.isPrismatic(j);
     const auto moveTip = [&](int group, Vec2d by) {
       for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
@@ -301,7 +274,7 @@ class Search {
     }
     if (isPrismatic) {
       const Vec2d d = axisOf(j), S = x * d;
-      const int own = groups_[index(j)];
+      const int own = groups_.of(j);
       if (turned >= 0) {
         moment_[turned] += cross(S, all);
         matrix_.kappa[turned] += dot(S, all);
@@ -340,7 +313,7 @@ class Search {
   Eigen::VectorXd moved(const Eigen::VectorXd& theta, const Eigen::VectorXd& turn, double share) {
     Eigen::VectorXd next = theta;
     for (int j = 0; j < n_; ++j) {
-      if (groups_[index(j)] >= 0) next[j] += share * unitOf(j) * turn[groups_[index(j)]];
+      if (groups_.of(j) >= 0) next[j] += share * unitOf(j) * turn[groups_.of(j)];
     }
     if (!held_) return next;
     held_->y << next, still_;
@@ -402,7 +375,7 @@ class Search {
   const Scene& scene_;
   double t_;
   const Coordinates coordinates_;
-  std::vector<bool> isDriven_;
+  const BodyGroups groups_;
   int n_, pushes_ = 0;
   GroupMatrix matrix_;
   Effects effects_;
@@ -411,7 +384,6 @@ class Search {
   const double reach_;
   double baseAngle_ = 0, scale_ = 0, acting_ = 0;  ///< acting_: of weights and loads alone
   std::optional<Held> held_;
-  std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
   std::vector<std::pair<const Load*, double>> loads_;  ///< and their factors
   Eigen::VectorXd N_, still_, moment_;
   std::vector<Vec2d> F_, pinVelocity_, place_;

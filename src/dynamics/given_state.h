@@ -15,8 +15,8 @@ namespace planar_chain {
 constexpr double givenTo = 1e-6;  // rad, rad/s: how closely a state must repeat what is given
 
 struct GivenState {
-  Eigen::VectorXd q;   ///< n, rad, of slides m
-  Eigen::VectorXd qd;  ///< n, rad/s, of slides m/s
+  Eigen::VectorXd q;   ///< n, rad, of prismatic joints m
+  Eigen::VectorXd qd;  ///< n, rad/s, of prismatic joints m/s
 };
 
 /// Adds a fault at `path` unless there are n finite numbers. unit: of those of angles. Returns true if there

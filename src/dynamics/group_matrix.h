@@ -14,8 +14,8 @@ namespace planar_chain {
 struct GroupMatrix {
   Eigen::VectorXd kappa, spring, pivot;  ///< spring: inside of each group
   Eigen::Index apart = 0;                ///< the number of first groups: displacements, which no springs join
-  Eigen::VectorXd across;                ///< what couples each of these with a group of bodies,
-  std::vector<Eigen::Index> turner;      ///< and which; −1: none
+  Eigen::VectorXd across, coupling;      ///< what couples each of these with a group of bodies; as factored
+  std::vector<Eigen::Index> turner;      ///< which group; −1: none
   /// In place of a smaller κ'; at first of the weight's moments. At 0 links that carry nothing have a
   /// singular matrix; much larger, steps of soft chains are far too short.
   double floor = 1e-6;
@@ -23,11 +23,13 @@ struct GroupMatrix {
   /// The spring between group g and the one before.
   double between(Eigen::Index g) const { return g > apart && g < spring.size() ? spring[g] : 0; }
 
-  /// Factors diag(κ') + springs, κ' = κ + share (|κ| − κ). Returns the number of groups, or the first one
+  /// Factors diag(κ') + springs, κ' = κ + share (|κ| − κ), with 1 − share of what couples displacements. So
+  /// share 1 has positive pivots. Returns the number of groups, or the first one
   /// whose pivot is not above `least`.
   Eigen::Index factor(double share, double least) {
     const Eigen::Index groups = kappa.size();
     pivot.resize(groups);
+    coupling = (1 - share) * across;
     for (Eigen::Index g = 0; g < groups; ++g) {
       const double raised = kappa[g] + share * (std::abs(kappa[g]) - kappa[g]);
       // A displacement without a spring is held by the tip alone.
@@ -35,7 +37,7 @@ struct GroupMatrix {
       pivot[g] = (isRaised ? std::max(raised, floor) : raised) + spring[g] + between(g + 1);
       if (g > 0) pivot[g] -= between(g) * between(g) / pivot[g - 1];
       for (Eigen::Index r = 0; r < apart && g >= apart; ++r) {
-        if (turnerOf(r) == g) pivot[g] -= across[r] * across[r] / pivot[r];
+        if (turnerOf(r) == g) pivot[g] -= coupling[r] * coupling[r] / pivot[r];
       }
       if (!(pivot[g] > least)) return g;
     }
@@ -51,12 +53,12 @@ struct GroupMatrix {
   /// Solves with the factors.
   Eigen::VectorXd solved(Eigen::VectorXd x) const {
     for (Eigen::Index r = 0; r < apart; ++r) {
-      if (turnerOf(r) >= 0) x[turnerOf(r)] -= across[r] / pivot[r] * x[r];
+      if (turnerOf(r) >= 0) x[turnerOf(r)] -= coupling[r] / pivot[r] * x[r];
     }
     for (Eigen::Index g = 1; g < x.size(); ++g) x[g] += between(g) / pivot[g - 1] * x[g - 1];
     for (Eigen::Index g = x.size(); g-- > 0;) {
       if (g + 1 < x.size()) x[g] += between(g + 1) * x[g + 1];
-      if (g < apart && turnerOf(g) >= 0) x[g] -= across[g] * x[turnerOf(g)];
+      if (g < apart && turnerOf(g) >= 0) x[g] -= coupling[g] * x[turnerOf(g)];
       x[g] /= pivot[g];
     }
     return x;
@@ -68,7 +70,8 @@ struct GroupMatrix {
     x[bad] = 1;
     for (Eigen::Index g = bad; g-- > 0;) {
       x[g] = between(g + 1) * x[g + 1] / pivot[g];
-      if (g < apart && turnerOf(g) >= 0 && turnerOf(g) <= bad) x[g] = -across[g] * x[turnerOf(g)] / pivot[g];
+      if (g < apart && turnerOf(g) >= 0 && turnerOf(g) <= bad)
+        x[g] = -coupling[g] * x[turnerOf(g)] / pivot[g];
     }
     return x;
   }

@@ -31,7 +31,9 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
   show("M_ext", "active moments on the bodies, N m", active.M);
   show("tau", "joint torques of all that acts, drives included, N m", active.tau);
   show("f_ext", "= V_pd F + W_pd M_ext + tau, N m", at.f_ext);
-  show("f", "= f_ext - V_pd A_1' qd, less the inertia of a moving base, N m", at.f);
+  show("f",
+       "= f_ext - V_pd A_1' qd, less the inertia of a moving base and Coriolis' of prismatic joints, N m",
+       at.f);
   show("M", "= V_pd A_2' + W_pd A_3' + rotors, kg m^2", at.M_q);
   const bool isClosed = at.J_c.rows() > 0;
   if (isClosed) {

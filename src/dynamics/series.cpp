@@ -6,28 +6,27 @@
 
 namespace planar_chain {
 
-/// Beside a prismatic joint or a held tip nothing else that couples has a series.
+/// Beside a held tip nothing else that couples has a series.
 bool Dynamics::hasSeries() const {
   const bool isMixed = mechanism_.coordinates().anyIsPrismatic();
-  const std::size_t tips = !isMixed && holdsTip() ? 1 : 0;
-  const bool couples = effects_.couplers().size() > tips || effects_.anyForces(&Forces::dependOnMotion);
-  return MotionSeries::areFor(mechanism_.chain()) && effects_.haveSeries() &&
-         !((isMixed || holdsTip()) && couples);
+  const bool couples = effects_.couplers().size() > 1 || effects_.anyForces(&Forces::dependOnMotion);
+  return effects_.haveSeries() && !(holdsTip() && (isMixed || couples));
 }
 
 double Dynamics::seriesCost(int order) const {
-  constexpr double ofGeneralOrder = 4.5;  // by clock, 2 to 20 links
+  constexpr double ofGeneralOrder = 1.6;  // by clock, 2 to 20 links: 1 to 2
   return series_ ? series_->cost(order) : ofGeneralOrder * order;
 }
 
 void Dynamics::reserveSeries(int order) {
   const int reserved = series_ ? series_->orders() : generalSeries_ ? generalSeries_->orders() : 0;
   if (reserved >= order) return;
-  if (general_ && !mechanism_.coordinates().anyIsPrismatic() && !holdsTip()) {
+  const bool couples = !effects_.couplers().empty() || effects_.anyForces(&Forces::dependOnMotion);
+  if (holdsTip() || (MotionSeries::areFor(mechanism_.chain()) && !couples)) {
+    series_.emplace(mechanism_.chain(), order, nullptr, holdsTip());
+  } else {
     generalSeries_.emplace(mechanism_.chain(), order);
     orders_.emplace(n_);
-  } else {
-    series_.emplace(mechanism_.chain(), order, nullptr, holdsTip());
   }
   for (const auto& effect : effects_.all()) effect->reserveSeries(order);
   takeStiffness();
@@ -36,7 +35,7 @@ void Dynamics::reserveSeries(int order) {
 void Dynamics::series(double t, const double* y, const double* carry, int order, double* c) {
   std::copy_n(y, 2 * n_, c);
   if (!series_) return findGeneralSeries(t, y, order, c);
-  (general_ ? endedOrders_ : evaluations_) += order;
+  (general_ ? seriesOrders_ : evaluations_) += order;
   if (!effects_.act())
     return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c, carry);
   known_ = {t, n_, c, series_->rotations()};
@@ -53,28 +52,20 @@ void Dynamics::series(double t, const double* y, const double* carry, int order,
 }
 
 void Dynamics::findGeneralSeries(double t, const double* y, int order, double* c) {
-  const Evaluation& at = general_->at(t, y);
-  const Vec2d* F = effects_.acting() == LoadKind::forces ? room_.F.data() : nullptr;
-  generalSeries_->begin(at.e.data(), at.omega(), at.xdd.data(), at.ground, F ? at.F.data() : nullptr);
-  known_ = {t, n_, c, generalSeries_->rotations()};
-  double* alpha = room_.derivative.data();
-  double* omega = alpha + n_;
-  std::copy_n(at.xdd.data(), n_, alpha);
+  const Evaluation& at = general_->at(t, y);  // counts as the first order
+  seriesOrders_ += order - 1;
+  const bool hasForces = effects_.acting() == LoadKind::forces;
   Couplings& orders = *orders_;
   effects_.couple(t, 0, orders);
-  for (int k = 0; k < order; ++k) {
-    double *row = c + std::ptrdiff_t{2} * n_ * k, *next = row + std::ptrdiff_t{2} * n_;
-    if (k > 0) {
-      effects_.couple(t, k, orders);
-      for (int i = 0; i < n_; ++i) omega[i] = row[n_ + i] + orders.angle.rate;
-      findOrder(k);
-      generalSeries_->find(k, omega, room_.N.data(), F, orders.joints.data(), orders.pinAcceleration(),
-                           orders.angle.acceleration, alpha);
-    }
-    for (int i = 0; i < n_; ++i) {
-      next[i] = row[n_ + i] / (k + 1);
-      next[n_ + i] = (alpha[i] - orders.angle.acceleration) / (k + 1);
-    }
+  known_ = {t, n_, c, generalSeries_->rotations()};
+  generalSeries_->begin(at.e.data(), at.xdd.data(), c,
+                        {nullptr, hasForces ? at.F.data() : nullptr, orders.joints.data(), at.ground,
+                         at.base.rate, at.groundTurning});
+  for (int k = 1; k < order; ++k) {
+    effects_.couple(t, k, orders);
+    findOrder(k);
+    generalSeries_->find(k, {room_.N.data(), hasForces ? room_.F.data() : nullptr, orders.joints.data(),
+                             orders.pinAcceleration(), orders.angle.rate, orders.angle.acceleration});
   }
 }
 

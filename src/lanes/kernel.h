@@ -148,7 +148,7 @@ struct SeriesLink {
   Vec2<Real> mr, p;
 };
 
-/// The same for a slide and one body on it; see series_cart.h.
+/// The same for a carriage and one body on it; see series_cart.h.
 struct SeriesCart {
   double mass, perMass;   ///< of both, and 1 over it
   double moment;          ///< σ
@@ -230,7 +230,7 @@ struct Kernel {
                 Vec2d ground, double* pins);
   GeneralKernel generalLinks, generalSegments;
   LinearKernels inSegments, linkByLink;
-  SeriesRun series[5];         ///< for one body, for two, for any number; with a held tip; for one on a slide
+  SeriesRun series[5];  ///< for one body, for two, for any number; with a held tip; for one on a carriage
   EnsembleKernel ensemble[3];  ///< for one body, for two, for any number
 };
 

@@ -62,19 +62,19 @@ void SeriesStorage::putCart(const Chain& chain) {
 
 MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* kernel, bool holdsTip)
     : n_(chain.size()),
-      slides_(chain.coordinates().leading()),
+      leading_(chain.coordinates().leading()),
       orders_(order),
       holdsTip_(holdsTip),
       // The registers of AVX-512 hold all numbers of a cart and its pole: 1.5 % less time.
-      kernel_(kernel        ? *kernel
-              : slides_ > 0 ? *simd::kernels().front()
-                            : simd::kernelFor(n_)),
-      run_(kernel_.series[slides_ > 0 ? 4
-                          : holdsTip  ? 3
-                                      : std::min(n_, 3) - 1]),
+      kernel_(kernel         ? *kernel
+              : leading_ > 0 ? *simd::kernels().front()
+                             : simd::kernelFor(n_)),
+      run_(kernel_.series[leading_ > 0 ? 4
+                          : holdsTip   ? 3
+                                       : std::min(n_, 3) - 1]),
       storage_(n_, order, 1, holdsTip) {
-  if (slides_ > 0) storage_.putCart(chain);
-  for (int j = 0; j < n_ && slides_ == 0; ++j) storage_.put(j, 0, chain.links()[index(j)]);
+  if (leading_ > 0) storage_.putCart(chain);
+  for (int j = 0; j < n_ && leading_ == 0; ++j) storage_.put(j, 0, chain.links()[index(j)]);
 }
 
 bool MotionSeries::areFor(const Chain& chain) {
@@ -84,8 +84,8 @@ bool MotionSeries::areFor(const Chain& chain) {
 
 void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c,
                         const double* carry) {
-  kernel_.rotations(c + slides_, &storage_.e()[slides_].c, n_ - slides_);
-  for (int j = slides_; carry && j < n_; ++j) {
+  kernel_.rotations(c + leading_, &storage_.e()[leading_].c, n_ - leading_);
+  for (int j = leading_; carry && j < n_; ++j) {
     Rotation<double>& e = storage_.e()[j];
     e = {e.c - carry[j] * e.s, e.s + carry[j] * e.c};
   }
@@ -99,12 +99,12 @@ bool MotionSeries::areWorthwhile(int n) {
 double MotionSeries::cost(int order) const {
   // By clock, for a cart and its pole, one link, two, and others, whose evaluations are faster the longer the
   // chain.
-  const double perOrder = slides_ > 0 ? 0.12
-                          : n_ == 1   ? 0.42
-                          : n_ == 2   ? 0.6
-                          : n_ <= 16  ? 1.4
-                          : n_ <= 50  ? 2
-                                      : 3.6;
+  const double perOrder = leading_ > 0 ? 0.12
+                          : n_ == 1    ? 0.42
+                          : n_ == 2    ? 0.6
+                          : n_ <= 16   ? 1.4
+                          : n_ <= 50   ? 2
+                                       : 3.6;
   return (holdsTip_ ? 0.5 : 1) * perOrder * order;
 }
 

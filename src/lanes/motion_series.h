@@ -20,7 +20,7 @@
 /// and a closed form: without them auto takes 1.6 and 2.6 times as long at a tolerance of 1e-8. The lanes
 /// of one link take orders of a sum: series_one.h says what that saves.
 ///
-/// Slides and held tips: see series_cart.h and series_links.h.
+/// Carts and held tips: see series_cart.h and series_links.h. All other chains: recursion/general_series.h.
 ///
 /// Source: the rules for products, quotients and exponentials of series, E. Hairer, S. P. Nørsett, G. Wanner,
 /// Solving Ordinary Differential Equations I (1993), section I.8; À. Jorba, M. Zou, A software package for
@@ -40,7 +40,7 @@ class SeriesStorage {
   SeriesStorage(int n, int order, int lanes, bool holdsTip = false);
   /// Link j of the chain in a lane.
   void put(int j, std::size_t lane, const Link& link);
-  /// A slide and one body on it.
+  /// A carriage and one body on it.
   void putCart(const Chain& chain);
 
   simd::SeriesArrays arrays() {
@@ -64,7 +64,8 @@ class MotionSeries {
   /// point that rests. Allocates.
   MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel = nullptr, bool holdsTip = false);
 
-  /// True if there are series of such a chain: all joints revolute, or a carriage and one body on it.
+  /// True if such a chain has a series here, as long as nothing else couples its joints: all of them are
+  /// revolute, or there are a carriage and one body on it.
   static bool areFor(const Chain& chain);
   /// True if n links are so few that a series may be faster than other methods.
   static bool areWorthwhile(int n);
@@ -82,7 +83,7 @@ class MotionSeries {
   void find(int order, const Outside& outside, SeriesLoads* loads, double* c, const double* carry = nullptr);
 
  private:
-  int n_, slides_, orders_;
+  int n_, leading_, orders_;
   bool holdsTip_;
   const simd::Kernel& kernel_;
   simd::SeriesRun run_;

@@ -1,10 +1,10 @@
 #pragma once
 
-/// The Taylor series of a slide and one body on it, such as a cart and its pole. See motion_series.h for the
+/// The Taylor series of a carriage and one body on it: a cart and its pole. See motion_series.h for the
 /// rules.
 ///
 /// In axes along the rail and across it, m R = σ (c, s), and the acceleration of the ground pin less gravity
-/// is (g_∥, g_⊥). With M the mass of both, f the force along the rail, X the acceleration of the slide + g_∥,
+/// is (g_∥, g_⊥). With M the mass of both, f the force along the rail, X the acceleration of the cart + g_∥,
 /// and J of the body,
 ///
 ///     ṡ = v = ω c      ċ = −w = −ω s      M X = f + σ ẇ      J α = N + σ (s X − g_⊥ c)

@@ -1,3 +1,4 @@
+#include <array>
 #include <limits>
 #include <map>
 #include <utility>
@@ -247,14 +248,25 @@ TreeAndScene fromValues(const py::object& values) {
   return read(valueOf(values));
 }
 
-py::array_t<double> pinsOf(const TreeAndScene& self) {
-  py::array_t<double> pins({self.scene.chain.size(), 2});
-  for (int i = 0; i < self.scene.chain.size(); ++i) {
-    const Vec2d pin = self.scene.chain.links()[static_cast<std::size_t>(i)].pin;
-    pins.mutable_at(i, 0) = pin.x;
-    pins.mutable_at(i, 1) = pin.y;
+/// A vector of each link or joint: n × 2.
+template <class Things, class Member>
+py::array_t<double> vectorsOf(const Things& things, Member member) {
+  py::array_t<double> vectors({static_cast<py::ssize_t>(things.size()), py::ssize_t{2}});
+  double* to = vectors.mutable_data();
+  for (const auto& thing : things) {
+    const Vec2d& vector = thing.*member;
+    *to++ = vector.x;
+    *to++ = vector.y;
   }
-  return pins;
+  return vectors;
+}
+
+/// A number of each link: n.
+py::array_t<double> numbersOfLinks(const TreeAndScene& self, double Link::*member) {
+  py::array_t<double> numbers(self.scene.chain.size());
+  double* to = numbers.mutable_data();
+  for (const Link& link : self.scene.chain.links()) *to++ = link.*member;
+  return numbers;
 }
 
 /// Infinite where there is none.
@@ -289,14 +301,44 @@ std::string summaryOf(const TreeAndScene& self) {
          "; joints: " + listed(chain.joints()) + has + ">";
 }
 
+/// What formulas need of the links and joints.
+void bindBodies(py::class_<TreeAndScene>& scene) {
+  scene
+      .def_property_readonly(
+          "axes", [](const TreeAndScene& self) { return vectorsOf(self.scene.chain.joints(), &Joint::axis); },
+          "Axes of the n joints, n × 2, each in the frame of the link inside. Only prismatic joints use "
+          "them.")
+      .def_property_readonly(
+          "pins", [](const TreeAndScene& self) { return vectorsOf(self.scene.chain.links(), &Link::pin); },
+          "Outer pins in the link frames, n × 2, m. The last one is the tip.")
+      .def_property_readonly(
+          "coms", [](const TreeAndScene& self) { return vectorsOf(self.scene.chain.links(), &Link::com); },
+          "Centres of mass in the link frames, n × 2, m.")
+      .def_property_readonly(
+          "masses", [](const TreeAndScene& self) { return numbersOfLinks(self, &Link::mass); },
+          "Masses of the n links, kg.")
+      .def_property_readonly(
+          "inertias", [](const TreeAndScene& self) { return numbersOfLinks(self, &Link::inertia); },
+          "Moments of inertia of the n links about their centres of mass, kg m².")
+      .def_property_readonly(
+          "gravity",
+          [](const TreeAndScene& self) {
+            const Vec2d gravity = self.scene.chain.gravity();
+            return std::array<double, 2>{gravity.x, gravity.y};
+          },
+          "[x, y], m/s².");
+}
+
 }  // namespace
 
 void bindScene(py::module& module) {
   bindFaults(module);
-  py::class_<TreeAndScene>(module, "Scene",
-                           R"(A scene: the chain, its first state, loads and settings. Immutable.
+  py::class_<TreeAndScene> scene(module, "Scene",
+                                 R"(A scene: the chain, its first state, loads and settings. Immutable.
 
-config/README.md explains every key. Raises Refused, with all faults, for a scene that has any.)")
+config/README.md explains every key. Raises Refused, with all faults, for a scene that has any.)");
+  bindBodies(scene);
+  scene
       .def(py::init(&fromValues), py::arg("values"),
            "From a dict with the keys of a YAML scene. The text of a URDF may be its 'robot_description'.")
       .def_static(
@@ -334,8 +376,6 @@ Raises OSError if the file cannot be read.)")
             return are;
           },
           "True for each of the n joints that is prismatic: its q is in m.")
-      .def_property_readonly("pins", &pinsOf,
-                             "Outer pins in the link frames, n × 2, m. The last one is the tip.")
       .def_property_readonly("effort_limits", &effortLimitsOf,
                              "Largest commanded torques of the n joints, N m (prismatic: N); inf: no limit.")
       .def_property_readonly("state", &stateOf,

@@ -121,31 +121,51 @@ template <class Real>
   return {mulAdd(-w.x, u.x, A.xx), mulAdd(-w.x, u.y, A.xy), mulAdd(-w.y, u.y, A.yy)};
 }
 
-/// Through a revolute joint. N: without what is in c.
+/// What b and c are inside of a revolute joint whose other terms are known. N: without what is in c.
+template <class Real>
+[[gnu::always_inline]] inline void biasRevolute(Real N, const JointNumbers<Real>& joint,
+                                                JointTerms<Real>& terms, Vec2<Real>& b, Real& c) {
+  terms.epsilon = N - c;
+  b = mulAdd(mulAdd(terms.inverseD, terms.epsilon, joint.acceleration), terms.u, b);
+  c = terms.v * mulAdd(terms.D0, joint.acceleration, -terms.epsilon);
+}
+/// The same for a prismatic joint, at the own point of its body. N: the force along the axis d.
+template <class Real>
+[[gnu::always_inline]] inline void biasPrismatic(Real N, const JointNumbers<Real>& joint, Vec2<Real> d,
+                                                 JointTerms<Real>& terms, Vec2<Real>& b, Real& c) {
+  terms.epsilon = N - dot(d, b);
+  const Real turn = mulAdd(terms.inverseD, terms.epsilon, joint.acceleration);
+  b = mulAdd(turn, terms.u, b);
+  c = mulAdd(turn, terms.v, c);
+}
+
+/// Through a revolute joint.
 template <class Real>
 [[gnu::always_inline]] inline JointTerms<Real> passRevolute(Real N, const JointNumbers<Real>& joint,
                                                             ArticulatedTerms<Real>& shown) {
-  const Vec2<Real> u = shown.H;
-  const Real D0 = shown.Q, epsilon = N - shown.c;
-  const Real inverseD = (Real(1) - joint.prescribed) / (D0 + joint.armature + joint.prescribed);
-  const Real kappa = mulAdd(joint.armature, inverseD, joint.prescribed);
-  shown = {less(shown.A, inverseD * u, u), mulAdd(mulAdd(inverseD, epsilon, joint.acceleration), u, shown.b),
-           kappa * u, kappa * D0, kappa * mulAdd(D0, joint.acceleration, -epsilon)};
-  return {u, kappa, epsilon, inverseD, D0};
+  JointTerms<Real> terms{shown.H, {}, {}, {}, shown.Q};
+  terms.inverseD = (Real(1) - joint.prescribed) / (terms.D0 + joint.armature + joint.prescribed);
+  terms.v = mulAdd(joint.armature, terms.inverseD, joint.prescribed);
+  biasRevolute(N, joint, terms, shown.b, shown.c);
+  shown.A = less(shown.A, terms.inverseD * terms.u, terms.u);
+  shown.H = terms.v * terms.u;
+  shown.Q = terms.v * terms.D0;
+  return terms;
 }
 
-/// Through a prismatic joint, at the own point of its body. N: the force along the axis.
+/// Through a prismatic joint, at the own point of its body.
 template <class Real>
 [[gnu::always_inline]] inline JointTerms<Real> passPrismatic(Real N, const JointNumbers<Real>& joint,
                                                              Vec2<Real> d, ArticulatedTerms<Real>& shown) {
-  const Vec2<Real> u = shown.A * d;
-  const Real D0 = dot(d, u), v = dot(shown.H, d), epsilon = N - dot(d, shown.b);
-  const Real inverseD = (Real(1) - joint.prescribed) / (D0 + joint.armature + joint.prescribed);
-  const Real turn = mulAdd(inverseD, epsilon, joint.acceleration);
-  const Vec2<Real> uD = inverseD * u;
-  shown = {less(shown.A, uD, u), mulAdd(turn, u, shown.b), mulAdd(-v, uD, shown.H),
-           mulAdd(-v * inverseD, v, shown.Q), mulAdd(turn, v, shown.c)};
-  return {u, v, epsilon, inverseD, D0};
+  JointTerms<Real> terms{shown.A * d, dot(shown.H, d), {}, {}, {}};
+  terms.D0 = dot(d, terms.u);
+  terms.inverseD = (Real(1) - joint.prescribed) / (terms.D0 + joint.armature + joint.prescribed);
+  biasPrismatic(N, joint, d, terms, shown.b, shown.c);
+  const Vec2<Real> uD = terms.inverseD * terms.u;
+  shown.A = less(shown.A, uD, terms.u);
+  shown.H = mulAdd(-terms.v, uD, shown.H);
+  shown.Q = mulAdd(-terms.v * terms.inverseD, terms.v, shown.Q);
+  return terms;
 }
 
 /// From the own point of a body behind a prismatic joint to the pin inside.

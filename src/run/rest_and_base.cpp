@@ -61,7 +61,10 @@ BaseWrench Simulation::baseWrench() {
   if (leading > 0)
     ground -= q().front() * (Rotation<double>::of(motions[0].angle) * scene_.chain.joints().front().axis);
   double torque = 0;
-  if (leading < n) {
+  if (leading == n) {
+    const Vec2d pin = Rotation<double>::of(motions.back().angle) * scene_.chain.links().back().pin;
+    torque = -cross(motions.back().innerPin + pin - ground, force);
+  } else {
     const double armature = inertiaIn(scene_.chain.joints()[leading]);
     if (armature > 0) accelerations(qdd.data());
     force = motions[leading].pinForce;

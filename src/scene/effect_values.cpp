@@ -3,6 +3,8 @@
 #include <set>
 #include <string>
 
+#include "model/prismatic.h"
+
 namespace planar_chain {
 
 Joint withStop(Joint joint) {
@@ -78,7 +80,8 @@ void takeEffects(const Section& in, Joint& joint) {
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
       double value = 0;
-      if (!in.take(key.name, {key.range.which}, value)) {
+      if (!in.take(key.name, {joint.isPrismatic ? inUnitsOfPrismatic(key.range.which) : key.range.which},
+                   value)) {
         if (in.has(key.name)) refused.insert(key.name);
       } else if (key.member) {
         joint.*key.member = value;

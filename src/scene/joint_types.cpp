@@ -27,11 +27,7 @@ FreeAxis freeAxis(const std::string& link, const std::string& joint, int axis) {
   return free;
 }
 
-void refuseBesideTypes(const Section& top, const Chain& chain, bool isFloating,
-                       const std::vector<Load>& loads) {
-  if (top.find("base") && isFloating) {
-    top.fault("base", "no base that moves beside a floating link, which it does not hold", "both");
-  }
+void refuseBesideTypes(const Section& top, const Chain& chain, const std::vector<Load>& loads) {
   for (const Load& load : loads) {
     if (load.link == Load::none || chain.coordinates().turner(load.link) >= 0 || load.moment == 0) continue;
     top.fault("loads/" + load.name + "/moment", "no moment on a prismatic link that does not turn",

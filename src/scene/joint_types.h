@@ -25,7 +25,6 @@ struct FreeAxis {
 FreeAxis freeAxis(const std::string& link, const std::string& joint, int axis);
 
 /// Records a fault for each part that a chain with prismatic links, or a floating one, may not have.
-void refuseBesideTypes(const Section& top, const Chain& chain, bool isFloating,
-                       const std::vector<Load>& loads);
+void refuseBesideTypes(const Section& top, const Chain& chain, const std::vector<Load>& loads);
 
 }  // namespace planar_chain

@@ -39,10 +39,10 @@ void takeFreeMotion(const Section& in, bool isInUrdf, Entry& entry) {
 /// Reads `joint` and `initial`.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   if (entry.floats) return takeFreeMotion(in, isInUrdf, entry);
-  const bool slides = entry.joint.isPrismatic;
+  const bool isPrismatic = entry.joint.isPrismatic;
   std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.insert(keys.end(), {"name", "type"});
-  if (!isInUrdf && slides) keys.push_back("axis");
+  if (!isInUrdf && isPrismatic) keys.push_back("axis");
   for (const char* key : effectKeys(isInUrdf)) keys.push_back(key);
   if (isInUrdf) keys.push_back("limits");
   Hints hints = hintsAtMaps(in.pathOf("joint"));
@@ -55,22 +55,23 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   const Section joint = in.section("joint", keys, hints);
   if (isInUrdf && joint.has("limits")) takeNoLimits(joint, entry.joint);
   if (!isInUrdf) takeName(joint, entry);
-  if (slides) joint.take("axis", "no unit: a direction", entry.joint.axis);
+  if (isPrismatic) joint.take("axis", "no unit: a direction", entry.joint.axis);
   takeEffects(joint, entry.joint);
+  entry.hasStopDamping = joint.has("stop_damping");
 
-  const char* place = slides ? "position" : "angle";
+  const char* place = isPrismatic ? "position" : "angle";
   const Section initial = in.section("initial", {place, "velocity"});
   const Joint complete = withStop(entry.joint);
-  if (initial.take(place, NumberRule::any(slides ? "m" : "rad"), entry.q) &&
+  if (initial.take(place, NumberRule::any(isPrismatic ? "m" : "rad"), entry.q) &&
       std::abs(entry.q) > largestAngle(complete)) {
     initial.fault(place, anglesInWords(complete));
   }
-  initial.take("velocity", NumberRule::any(slides ? "m/s" : "rad/s"), entry.qd);
+  initial.take("velocity", NumberRule::any(isPrismatic ? "m/s" : "rad/s"), entry.qd);
   if (!joint.has("drive")) return;
   if (isInUrdf && hasMoreThanDrive(entry.joint)) {
     joint.fault("drive", "no drive in a joint to which the URDF gives damping, friction or limits", "drive");
   }
-  entry.drive = readDrive(in, joint, slides ? "m" : "rad", entry.q, entry.qd);
+  entry.drive = readDrive(in, joint, isPrismatic ? "m" : "rad", entry.q, entry.qd);
 }
 
 }  // namespace
@@ -104,22 +105,22 @@ Entry readEntry(const Section& links, const std::string& name) {
     return entry;
   }
 
-  // The body. That of a slide is its mass.
-  const bool slides = entry.joint.isPrismatic = type == JointType::prismatic;
+  // The body. Of a prismatic link only the mass is required.
+  const bool isPrismatic = entry.joint.isPrismatic = type == JointType::prismatic;
   entry.floats = type == JointType::floating;
   const auto pairOf = [&](const char* key) {
-    return slides && !in.has(key) ? Vec2d{} : in.uncheckedPair(key);
+    return isPrismatic && !in.has(key) ? Vec2d{} : in.uncheckedPair(key);
   };
   const Link link{name, in.uncheckedNumber("mass"),
-                  slides && !in.has("inertia") ? 0 : in.uncheckedNumber("inertia"), pairOf("com"),
+                  isPrismatic && !in.has("inertia") ? 0 : in.uncheckedNumber("inertia"), pairOf("com"),
                   pairOf("pin")};
-  const std::vector<Fault> ofLink = faultsOf(link, slides);
+  const std::vector<Fault> ofLink = faultsOf(link, isPrismatic);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
   takeNumbers(in, own, entry.link.others);
 
   // How they move.
-  if (slides && entry.repeat > 1) {
+  if (isPrismatic && entry.repeat > 1) {
     in.fault("repeat", "no repeat of a prismatic link");
     entry.repeat = 1;
   }

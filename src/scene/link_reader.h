@@ -19,8 +19,9 @@ struct Entry {
   double qd = 0;
   std::optional<MotionLaw> drive{};
   int repeat = 1;
-  bool isSound = true;    ///< else there are faults in the names or the joint's type
-  bool isCounted = true;  ///< else there is a fault in `repeat`
+  bool isSound = true;          ///< else there are faults in the names or the joint's type
+  bool isCounted = true;        ///< else there is a fault in `repeat`
+  bool hasStopDamping = false;  ///< true if the scene gives it, perhaps 0
   bool floats = false;  ///< nothing holds the inner pin, which is at `place` and has the velocity `placeRate`
   Vec2d place{}, placeRate{};
 };

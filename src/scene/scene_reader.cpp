@@ -14,6 +14,7 @@
 #include "reading/names.h"
 #include "reading/section.h"
 #include "scene/accuracy.h"
+#include "scene/default_stops.h"
 #include "scene/joint_types.h"
 #include "scene/link_reader.h"
 #include "scene/scene_numbers.h"
@@ -34,6 +35,7 @@ struct Expanded {
   std::vector<double> q;
   std::vector<double> qd;
   std::vector<Drive> drives;
+  std::set<std::size_t> withStopDamping;  ///< the joints to which the scene gives it
   ChainNames names;
   std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
   Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
@@ -72,6 +74,7 @@ void append(const Entry& entry, Expanded& to) {
     to.names.joints.emplace(joint.name, at);
     to.names.com.push_back(link.com);
     to.entryOf.emplace(link.name, entry.link.name);
+    if (entry.hasStopDamping) to.withStopDamping.insert(to.joints.size());
     to.links.push_back(std::move(link));
     to.joints.push_back(std::move(joint));
     to.q.push_back(entry.q);
@@ -186,7 +189,7 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   for (Note& note : expanded.notes) note.line = urdf.line > 0 ? 0 : note.line;
   for (std::size_t i = robot->floats ? 2 : 0; i < robot->links.size(); ++i) {
     Entry entry{std::move(robot->links[i]), std::move(robot->joints[i])};
-    entry.floats = robot->floats && i == 2;  // append() adds its slides
+    entry.floats = robot->floats && i == 2;  // append() adds its two prismatic joints
     takeBeside(links, entry);
     append(entry, expanded);
   }
@@ -197,33 +200,9 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   return expanded;
 }
 
-/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J of a slide is
-/// the mass from there outwards, otherwise the moment of inertia about the joint of all links from there
-/// outwards, stretched. With M = Σ m and S = Σ m ρ of the links outwards, at the distances ρ from their inner
-/// pin, a pin p further in:
-///
-///     J ← J + 2 |p| S + |p|² M        S ← S + |p| M
-///
-/// J may be 0 in a chain that is refused for it.
-void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints) {
-  constexpr double tau = 0.005;  // s
-  double M = 0, S = 0, J = 0;
-  for (std::size_t i = links.size(); i-- > 0;) {
-    const Link& link = links[i];
-    const double p = length(link.pin), r = length(link.com);
-    J += 2 * p * S + p * p * M + link.mass * r * r + link.inertia;
-    S += p * M + link.mass * r;
-    M += link.mass;
-    Joint& joint = joints[i];
-    const double inertia = joint.isPrismatic ? M : J;
-    if (joint.isLimited() && joint.stopStiffness == 0)
-      joint.stopStiffness = inertia > 0 ? inertia / (tau * tau) : 1;
-  }
-}
-
 /// Makes the chain. Its faults are reported at the keys of the scene, those of repeated links only once.
 std::optional<Chain> makeChain(Expanded& from, std::vector<Fault>& faults) {
-  setDefaultStops(from.links, from.joints);
+  setDefaultStops(from.links, from.withStopDamping, from.joints);
   try {
     return Chain(from.links, from.joints, from.gravity);
   } catch (const Refused& refused) {
@@ -346,8 +325,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   const long long seed = readSeed(top);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
-  if (chain && chain->coordinates().leading() > 0)
-    refuseBesideTypes(top, *chain, expanded->isFloating, loads);
+  if (chain && chain->coordinates().leading() > 0) refuseBesideTypes(top, *chain, loads);
   std::optional<TipLaws> tip = chain ? takeTip(top, *chain, expanded->drives) : takeTip(top);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);

@@ -77,9 +77,9 @@ void takeJoints(const Section& in, const ChainNames* names, Encoder& encoder) {
 Encoder readEncoder(const Section& in, const ChainNames* names) {
   Encoder encoder;
   takeJoints(in, names, encoder);
-  in.take("resolution", sized(NumberRule::from(0, "rad (m for slides)")), encoder.resolution);
-  in.take("noise", sized(NumberRule::from(0, "rad (m for slides)")), encoder.noise);
-  in.take("bias", sized(NumberRule::any("rad (m for slides)")), encoder.bias);
+  in.take("resolution", sized(NumberRule::from(0, "rad (m if prismatic)")), encoder.resolution);
+  in.take("noise", sized(NumberRule::from(0, "rad (m if prismatic)")), encoder.noise);
+  in.take("bias", sized(NumberRule::any("rad (m if prismatic)")), encoder.bias);
   return encoder;
 }
 

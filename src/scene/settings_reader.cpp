@@ -8,7 +8,6 @@
 #include "dynamics/equilibrium.h"
 #include "effects/effects.h"
 #include "effects/loads.h"
-#include "lanes/motion_series.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
@@ -89,17 +88,17 @@ void requireSeries(const Scene& scene, const Section& top) {
         .fault("method", "another method than taylor, as there is no Taylor series " + of, quoted("taylor"));
   };
   const bool isMixed = scene.chain.coordinates().anyIsPrismatic();
-  if (!MotionSeries::areFor(scene.chain)) refuse("of a prismatic link but with one revolute link alone");
   for (const EffectKind* kind : effectKinds()) {
     const std::unique_ptr<Effect> effect = kind->make(scene);
     if (!effect) continue;
-    const bool couples = effect->coupler() ? isMixed || !effect->coupler()->holdsTip()
-                                           : effect->forces() && effect->forces()->dependOnMotion();
-    if (effect->hasSeries() && !(couples && (isMixed || scene.tip))) continue;
+    const bool holdsTip = effect->coupler() && effect->coupler()->holdsTip();
+    const bool couples =
+        effect->coupler() ? isMixed || !holdsTip : effect->forces() && effect->forces()->dependOnMotion();
+    if (effect->hasSeries() && !(couples && scene.tip)) continue;
     SceneWords words;
     kind->summarize(scene, words);
     const std::string name = words.runs.empty() ? "what acts" : words.runs.back();
-    const char* beside = isMixed ? " beside a prismatic link" : " beside a held tip";
+    const char* beside = holdsTip ? " beside a prismatic link" : " beside a held tip";
     refuse("with " + name + (effect->hasSeries() ? beside : ""));
   }
 }

@@ -124,7 +124,7 @@ void readRange(const Element& element, const Element& limit, const std::string& 
   if (joint.upper >= noLimit) joint.upper = Joint().upper;
 }
 
-/// Reads damping and limits of a joint that turns or slides, its range only if it isLimited. After a fault
+/// Reads damping and limits of a revolute or prismatic joint, its range only if it isLimited. After a fault
 /// they are 0, and [0, 1] rad or m.
 void readMotion(const Element& element, bool isLimited, const std::string& child, UrdfJoint& joint) {
   const std::size_t before = element.faults();

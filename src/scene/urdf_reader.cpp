@@ -178,8 +178,9 @@ void requireName(const char* kind, const std::string& name, std::vector<Fault>& 
   if (!isName(name)) faults.push_back({urdfPath(kind, name) + "/name", nameInWords, quoted(name)});
 }
 
-/// The body in the plane, about its own joint, on which it slides or turns. A plain disc if there is a fault.
-Link linkOf(const Body& body, bool slides, const Plane& plane, bool hasPoses, std::vector<Fault>& faults) {
+/// The body in the plane, about its own joint. A plain disc if there is a fault.
+Link linkOf(const Body& body, bool isPrismatic, const Plane& plane, bool hasPoses,
+            std::vector<Fault>& faults) {
   // Name and mass.
   Link link;
   link.name = body.parts[0].link->name;
@@ -190,7 +191,7 @@ Link linkOf(const Body& body, bool slides, const Plane& plane, bool hasPoses, st
     if (!hasPoses || !part.link->isSound) return disc;
     link.mass += part.link->mass;
   }
-  if (link.mass == 0 && !slides) {
+  if (link.mass == 0 && !isPrismatic) {
     faults.push_back({path + "/inertial",
                       "a mass > 0 kg of this link or of one fixed to it (or else make its joint fixed)",
                       "none"});
@@ -216,7 +217,7 @@ Link linkOf(const Body& body, bool slides, const Plane& plane, bool hasPoses, st
     if (length(frame) > length(link.pin)) link.pin = frame;
   }
   if (body.next) link.pin = plane(body.nextPose.translation());
-  const std::vector<Fault> own = faultsOf(link, slides);
+  const std::vector<Fault> own = faultsOf(link, isPrismatic);
   for (const Fault& fault : own) {
     faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
   }
@@ -316,10 +317,10 @@ std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>
   const std::optional<Vector3d> normal = normalOf(bodies);
   if (!normal) {
     faults.insert(faults.end(), branches.begin(), branches.end());
-    faults.push_back(
-        {"robot_description",
-         "a joint that is revolute, continuous or planar (slides or a free body alone are not simulated)",
-         "none"});
+    faults.push_back({"robot_description",
+                      "a joint that is revolute, continuous or planar (prismatic joints or a floating one "
+                      "alone do not give the plane of motion)",
+                      "none"});
     return std::nullopt;
   }
 

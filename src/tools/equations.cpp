@@ -52,6 +52,8 @@ void printText(const Chain& chain, double t, const ActiveForces& active, const K
                const std::optional<LinearModel>& near) {
   std::cout << "M q'' = f(q, q', t) at t = " << t << " s; bodies from the ground outwards:";
   for (const Link& link : chain.links()) std::cout << ' ' << link.name;
+  if (chain.coordinates().anyIsPrismatic()) std::cout << "\nprismatic joints, with m and N in their rows:";
+  for (const Joint& joint : chain.joints()) std::cout << (joint.isPrismatic ? ' ' + joint.name : "");
   std::cout << "\n\n";
   showAll(active, at, near, [&](const std::string& letter, const std::string& meaning, const auto& value) {
     using Type = std::decay_t<decltype(value)>;
@@ -283,8 +285,9 @@ int main(int argc, char** argv) {
        "Prints the matrices of Kane's equations at one state.",
        "0 done; 1 no finite solution; 2 bad arguments or scene.",
        true,
-       {{"q", "Relative angles, rad, such as 0.1,0.2 (default: the scene's initial ones)"},
-        {"qd", "Rates, rad/s, such as 0,0 (default: the scene's initial ones)"},
+       {{"q",
+         "Relative angles, rad (prismatic joints: m), such as 0.1,0.2 (default: the scene's initial ones)"},
+        {"qd", "Rates, rad/s (m/s), such as 0,0 (default: the scene's initial ones)"},
         {"t", "Time, s, for loads that depend on it (default 0)"},
         {"linearize",
          "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state and dtau "

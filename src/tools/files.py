@@ -10,6 +10,7 @@ import sys
 import warnings
 
 sys.path.append(str(pathlib.Path(sys.argv[0]).absolute().parent.parent / "python3/dist-packages"))  # where setup.bash is not sourced
+PICTURES = ".png", ".svg", ".pdf"
 SHIPPED = pathlib.Path(sys.argv[0]).absolute().parent / "../../share/planar_chain/config/scenes"
 
 
@@ -31,6 +32,12 @@ def writing(name):
         yield
     except OSError as problem:
         raise OSError(f"cannot write {name}: {problem.strerror}") from problem
+
+
+def require_picture(option, path):
+    """Raises BadOutput for a name that is no picture's; None is none."""
+    if path is not None and not path.endswith(PICTURES):
+        raise BadOutput(f"{option}: expected a name that ends in .png, .svg or .pdf, got {path}")
 
 
 def save_picture(figure, path, **how):

@@ -16,7 +16,7 @@ import os
 import sys
 
 from chain import scene_from
-from files import BadOutput, is_same, require_outputs, save_picture, scene_file, tree_of, words_of, writing
+from files import BadOutput, is_same, require_outputs, require_picture, save_picture, scene_file, tree_of, words_of, writing
 from given import read_number
 try:
     import yaml
@@ -27,8 +27,6 @@ try:
     from planar_chain.fitting.yaml_edit import with_numbers
 except ImportError as missing:
     sys.exit(f"fit: {missing}")
-
-PICTURES = (".png", ".svg", ".pdf")
 
 
 def arguments():
@@ -71,8 +69,7 @@ def scene_text(path, scene):
 
 
 def check(given):
-    if given.plot is not None and os.path.splitext(given.plot)[1] not in PICTURES:
-        raise BadFit(f"--plot: expected a name that ends in {', '.join(PICTURES)}, got {given.plot}")
+    require_picture("--plot", given.plot)
     for option, is_given in (("--effort", given.effort), ("--node", given.node is not None)):
         if is_given and not any(is_bag(file) for file in [*given.data, *given.predict]):
             raise BadFit(f"{option}: expected a bag beside it, got none")

@@ -17,13 +17,14 @@ try:
     from planar_chain import NoFormula, Refused, Scene, formulas
     from planar_chain.symbolic.chain import read
     from planar_chain.symbolic.code import name_from
-    from planar_chain.symbolic.code_c import c_code
+    from planar_chain.symbolic.code_c import c_code, c_header
     from planar_chain.symbolic.code_matlab import matlab_code
     from planar_chain.symbolic.code_python import python_code
     from planar_chain.symbolic.document import Document
 except ImportError as missing:
     sys.exit(f"formulas: {missing}")
 
+OWN = "Written by `formulas` of planar_chain"  # in what code.py begins with
 CODES = {"c": c_code, "matlab": matlab_code, "python": python_code}
 
 
@@ -34,7 +35,8 @@ def arguments():
     parser.add_argument("--numbers", action="store_true", help="the scene's numbers in place of letters")
     parser.add_argument("--linearize", action="store_true", help="also A and B")
     parser.add_argument("--output", metavar="FILE", help="where it is written; functions are named after it (default, or -: standard "
-                                                         "output, named after the scene). A page in latex has the picture "
+                                                         "output, named after the scene). FILE.c has the header FILE.h beside it, "
+                                                         "a page in latex the picture "
                                                          "FILE_chain.pdf beside it, FILE without its ending")
     given = parser.parse_args()
     given.output = None if given.output == "-" else given.output
@@ -52,23 +54,28 @@ def picture_of(page):
     return page.with_name(page.stem + "_chain.pdf")
 
 
-def require_own_picture(page):
-    """Raises BadOutput if a file has the picture's name that is not the picture of the page that is there."""
-    picture = picture_of(page)
-    is_own = page.is_file() and f"{{{picture.name}}}" in page.read_text(encoding="utf-8", errors="replace")
-    if picture.exists() and not is_own:
-        raise BadOutput(f"--output: expected no file {picture}, which would be the picture of {page}, got one")
+def header_of(given):
+    """The header beside a file FILE.c, or None."""
+    return pathlib.Path(given.output).with_suffix(".h") if given.format == "c" and given.output and given.output.endswith(".c") else None
+
+
+def require_own(beside, what, page, words, where):
+    """Raises BadOutput if there is a file `beside` that is not that of the page: these words are not in the file `where`."""
+    is_own = where.is_file() and words in where.read_text(encoding="utf-8", errors="replace")
+    if beside.exists() and not is_own:
+        raise BadOutput(f"--output: expected no file {beside}, which would be the {what} of {page}, got one")
 
 
 def results_of(given):
-    """The text to be written, and the picture beside it or None."""
+    """The text to be written, and what stands beside it: a picture, the text of a header, or None."""
     scene = scene_from(given.scene)
     of = formulas(scene)
     of = of.with_numbers() if given.numbers else of
     source = os.path.basename(given.scene)
     output = pathlib.Path(given.output or pathlib.Path(given.scene).name)
     if given.format != "latex":
-        return CODES[given.format](of, name_from(output.stem), source, given.linearize), None
+        about = of, name_from(output.stem), source, given.linearize
+        return CODES[given.format](*about), c_header(*about) if header_of(given) else None
     picture = None
     if given.output:
         from planar_chain.symbolic.sketch import draw  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
@@ -83,16 +90,23 @@ def main():
             raise NoFormula(f"--output: expected a function's name that ends in .m, as MATLAB does, got {given.output}")
         require_outputs([("--output", given.output)], [scene_file(given.scene)])
         if given.format == "latex" and given.output:
-            require_own_picture(pathlib.Path(given.output))
-        text, picture = results_of(given)
+            page = pathlib.Path(given.output)
+            require_own(picture_of(page), "picture", page, f"{{{picture_of(page).name}}}", page)
+        header = header_of(given)
+        if header:
+            require_own(header, "header", given.output, OWN, header)
+        text, beside = results_of(given)
     except (OSError, UnicodeDecodeError) as problem:
         raise NoFormula(words_of(problem)) from problem
-    if picture:
-        save_picture(picture, str(picture_of(pathlib.Path(given.output))), bbox_inches="tight", pad_inches=0.02)
+    if beside and not header:
+        save_picture(beside, str(picture_of(pathlib.Path(given.output))), bbox_inches="tight", pad_inches=0.02)
     if given.output:
         with writing(given.output), open(given.output, "w", encoding="utf-8", errors="surrogateescape") as file:
             file.write(text)
-        text = f"written to {given.output}\n"
+        text = f"written to {given.output}{f' and {header}' if header else ''}\n"
+    if header:
+        with writing(header), open(header, "w", encoding="utf-8", errors="surrogateescape") as file:
+            file.write(beside)
     put(text)
     return 0
 

@@ -17,7 +17,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from chain import NoChain  # noqa: E402
-from files import BadOutput, require_outputs, save_picture, scene_file, words_of  # noqa: E402
+from files import BadOutput, require_outputs, require_picture, save_picture, scene_file, words_of  # noqa: E402
 from plot_panels import STILL, UNKNOWN, give_height, kinds, label_axis, panels  # noqa: E402
 from plot_read import Refused, read_bag, read_csv, require_file  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
@@ -120,7 +120,7 @@ def draw(motion, columns, title, wrap):
         draw_phase(figure.add_subplot(right[row]), motion, kind, {j: places[j] for j in ours})
     figure.add_subplot(right[len(each_kind)], frame_on=False, xticks=[], yticks=[]).legend(
         handles=[pyplot.Line2D([], [], label=name, **style(k)) for name, k in names.items()], loc="upper left", frameon=False,
-        title="joint (m if it slides: give --scene)" if each_kind[0][0] is UNKNOWN else "joint")
+        title="joint (m if it is prismatic: give --scene)" if each_kind[0][0] is UNKNOWN else "joint")
     return figure
 
 
@@ -151,7 +151,7 @@ def arguments():
     parser.add_argument("--joints", nargs="+", default=[], metavar="JOINT",
                         help=f"joints to draw (default: all, or {MOST_JOINTS} of them, evenly along the chain)")
     parser.add_argument("--node", help="node, such as /left/planar_chain, if the bag has several")
-    parser.add_argument("--scene", help="scene of a CSV, or of a bag without planar_chain/scene: tells which joints slide, for the units")
+    parser.add_argument("--scene", help="scene of a CSV, or of a bag without planar_chain/scene: tells which joints are prismatic, for the units")
     parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf (default: FILE.png)")
     parser.add_argument("--wrap", action="store_true", help="draws angles in (-pi, pi]")
     parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane")
@@ -168,8 +168,7 @@ def main():
     output = given.file + ".png" if given.output is None else given.output
     try:
         require_file(given.file)
-        if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
-            raise Refused(f"--output: expected a name that ends in .png, .svg or .pdf, got {output}")
+        require_picture("--output", output)
         if given.node is not None and not given.file.endswith(ENDINGS):
             raise Refused(f"--node: expected a bag beside it, got {given.file}")
         require_outputs([("--output", output)], [given.file, *map(scene_file, filter(None, (given.scene, given.strobe)))])
@@ -180,7 +179,7 @@ def main():
         columns = chosen(motion, given.joints)
         if given.scene is not None:
             links = links_of("--scene", given.scene, motion)
-            motion.slides = links.joints[:links.slides]
+            motion.prismatic, motion.links = ([name for name, axis in zip(names, links.axis) if axis != 0] for names in (links.joints, links.names))
         title = os.path.basename(given.file)
         if (given.at or given.apart is not None) and given.strobe is None:
             raise Refused("--at and --apart: expected --strobe SCENE beside them, got nothing")

@@ -8,17 +8,16 @@ ROUNDING = 1e-12  # the same of an imbalance, in shares of the energy
 FEW = 20          # one error of so many may be less than the axis shows
 # Label and unit of q, its rate, and what acts along it.
 TURNS = ("angle q", "rad"), ("rate q̇", "rad/s"), ("torque τ", "N m")
-SLIDES = ("position q", "m"), ("speed q̇", "m/s"), ("force τ", "N")
+PRISMATIC = ("position q", "m"), ("speed q̇", "m/s"), ("force τ", "N")
 UNKNOWN = ("q", "rad or m"), ("rate q̇", "rad/s or m/s"), ("torque τ", "N m or N")
-SLIDING = 2  # only so many first joints may slide
 
 
 def kinds(motion, columns):
-    """Pairs (units, columns): of the joints that slide, and of those that turn; or of all, which may do either."""
-    if motion.slides is None:
-        return [(UNKNOWN if min(columns) < SLIDING else TURNS, columns)]
-    slide = [j for j in columns if motion.joints[j] in motion.slides]
-    return [pair for pair in ((SLIDES, slide), (TURNS, [j for j in columns if j not in slide])) if pair[1]]
+    """Pairs (units, columns): of the prismatic joints, and of the revolute ones; or of all, if that is not known."""
+    if motion.prismatic is None:
+        return [(UNKNOWN, columns)]
+    prismatic = [j for j in columns if motion.joints[j] in motion.prismatic]
+    return [pair for pair in ((PRISMATIC, prismatic), (TURNS, [j for j in columns if j not in prismatic])) if pair[1]]
 
 
 def panels(motion, columns, wrap):

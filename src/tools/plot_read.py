@@ -19,20 +19,20 @@ class Refused(Exception):
 class Motion:
     """t: time of each state; q, qd, effort: one column for each joint. events: {k: name} where the motion is not
     continuous between the states k - 1 and k. energy: times and curves by name. balance, error: times and values.
-    slides: names of the joints whose q is in m; None if that is not known.
+    prismatic: names of the joints whose q is in m; None if that is not known.
     rounding: the error estimate that the rounding of an angle makes.
     first: x, y, angle of the first link's centre of mass, m, rad, one row for each state. effort, energy, balance, error
     and first may be None."""
 
     def __init__(self, joints, t, q, qd, effort=None):
         self.joints, self.t, self.q, self.qd, self.effort = joints, t, q, qd, effort
-        self.energy = self.balance = self.error = self.first = self.slides = None
+        self.energy = self.balance = self.error = self.first = self.prismatic = None
         self.events, self.rounding = {}, 0.0
 
     def curves(self, j, wrap=False):
         """t, q, q̇, τ of a joint, with NaN where lines must not join them. wrap: q in (−π, π]."""
         q, breaks = self.q[:, j], set(self.events)
-        if wrap and self.joints[j] not in (self.slides or ()):
+        if wrap and self.joints[j] not in (self.prismatic or ()):
             q = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
             breaks |= set(np.flatnonzero(abs(np.diff(q)) > np.pi) + 1)
         effort = np.zeros(len(q)) if self.effort is None else self.effort[:, j]
@@ -116,7 +116,7 @@ def read_csv(path):
     return motion
 
 
-def slides_of(chain):
+def prismatic_in(chain):
     return [link["joint"]["name"] for link in chain["links"] if "axis" in link["joint"]]
 
 
@@ -188,7 +188,7 @@ def read_bag(path, node):
     motion.events = events_of(stamps, statuses, taken)
     if scenes:
         try:
-            motion.slides = slides_of(read_chain("/dev/stdin", scenes[0].data))
+            motion.prismatic = prismatic_in(read_chain("/dev/stdin", scenes[0].data))
         except NoChain as problem:
             raise Refused(f"{path}: the scene is refused:\n" + str(problem).replace("/dev/stdin: ", "").replace("/dev/stdin:", "line ")) from problem
     links = [message for message in links if message.pose]

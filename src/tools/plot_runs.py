@@ -12,7 +12,7 @@ CELLS = 70   # of a panel, across
 # Units of the keys of a scene, by the last names of their path.
 UNITS = {
     "mass": "kg", "inertia": "kg m²", "rotor_inertia": "kg m²", "com": "m", "pin": "m", "point": "m", "angle": "rad",
-    "rest_angle": "rad", "lower": "rad", "upper": "rad", "phase": "rad", "velocity": "rad/s", "velocity_limit": "rad/s",
+    "rest_angle": "rad", "lower": "rad", "upper": "rad", "phase": "rad", "velocity": "rad/s", "position": "m", "velocity_limit": "rad/s",
     "damping": "N m s/rad", "stop_damping": "N m s/rad", "stiffness": "N m/rad", "stop_stiffness": "N m/rad", "torque": "N m",
     "friction": "N m", "breakaway": "N m", "drag": "N m s²/rad²", "effort_limit": "N m", "moment": "N m", "force": "N",
     "no_load_speed": "rad/s", "time_constant": "s", "command_delay": "s", "gravity": "m/s²",
@@ -21,10 +21,16 @@ UNITS = {
     "y/values": "m", "angle/amplitude": "rad", "angle/offset": "rad", "angle/values": "rad"}
 
 
-def with_unit(path):
-    """links/a/mass (kg)"""
+ALONG = {  # in a prismatic joint
+    "rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m", "N m s²/rad²": "N s²/m²", "kg m²": "kg"}
+
+
+def with_unit(path, links=None):
+    """links/a/mass (kg). links: of prismatic joints; None if that is not known: links/a/joint/damping (N m s/rad or N s/m)"""
     keys = [key for key in path.split("/") if not key.isdigit()]
     unit = UNITS.get("/".join(keys[-2:])) or UNITS.get(keys[-1] if keys else "")
+    if unit in ALONG and (keys[2:3] == ["joint"] or keys[2:] == ["initial", "velocity"]) and (links is None or keys[1] in links):
+        unit = ALONG[unit] if links is not None else f"{unit} or {ALONG[unit]}"
     return f"{path} ({unit})" if unit else path
 
 
@@ -32,7 +38,7 @@ class Runs:
     """The rows of a CSV of `sweep`: paths and values of what varied; t; q, one column for each joint; failed."""
 
     def __init__(self, header, rows):
-        self.slides = None  # as of a Motion
+        self.prismatic = self.links = None  # as of a Motion; the links of these joints
         at = header.index("t")
         self.paths, self.joints = header[1:at], [name[2:] for name in header if name.startswith("q_")]
         table = np.array([row[:-1] for row in rows], dtype=float)
@@ -58,7 +64,7 @@ def draw_runs(runs, columns, title, wrap, colour):
     paths = runs.paths[:MOST_PATHS]
     times = np.unique(runs.t[np.isfinite(runs.t)])
     last, whole = runs.t == times[-1], ~np.isnan(runs.q).any(axis=1)
-    turns = np.array([wrap and name not in (runs.slides or ()) for name in runs.joints])
+    turns = np.array([wrap and name not in (runs.prismatic or ()) for name in runs.joints])
     q = runs.q - np.where(turns, 2 * np.pi * np.ceil((runs.q - np.pi) / (2 * np.pi)), 0)
     shape = len(columns), len(paths) + (len(times) > 1)
     figure, axes = pyplot.subplots(*shape, figsize=(1 + PANEL * 1.5 * shape[1], 1 + PANEL * shape[0]), squeeze=False,
@@ -78,7 +84,7 @@ def draw_runs(runs, columns, title, wrap, colour):
             row[-1].plot(times, spread[:, 2], color=colour)
         row[0].set_ylabel(f"q of {runs.joints[j]} ({kinds(runs, [j])[0][0][0][1]})")
     for panel, path in zip(axes[-1], paths):
-        panel.set_xlabel(with_unit(path))
+        panel.set_xlabel(with_unit(path, runs.links))
     if len(times) > 1:
         axes[-1][-1].set_xlabel("time (s): median, half and 90 % of the runs")
     return figure

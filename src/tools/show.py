@@ -31,18 +31,26 @@ from unread import ENDINGS  # noqa: E402
 WRITTEN = '# Written by show (%s). What you save or change is kept.\n'
 BEFORE = '# Written by show, again at each start. Save in rviz keeps your own.'  # of earlier versions
 FREE = 1.25    # from the first pin to the rim of the view, in units of the reach
-FAR = 10       # reaches; a rail's limit farther away is not drawn
-SIDE = 2       # reaches: length of a rail to a side without a limit
+FAR = 10       # lengths of the chain; a rail's limit farther away is not drawn
+SIDE = 2       # lengths of the chain: length of a rail to a side without a limit
+INSIDE = 0.25  # likewise, of a rail on a link that turns
 ASPECT = 1.27  # of the view in the window of config/planar_chain.rviz
 LONG = 16      # links; a longer chain that falls from rest stays in the lower half of its reach
 TEXT = 0.05    # height of a text, in units of half the height of the view
+TEXT_TOPIC = '/show/energy_%d'  # of each of several chains
 CELLS = 3.75   # least number of grid cells in half the height of the view
 DEFAULT = 2.0  # m: the reach where the scene is refused
 
 
-def reach(links):
-    """The largest distance of a point of the chain from the ground pin, m."""
-    return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or DEFAULT
+def length(links):
+    """The length of the chain with its prismatic joints at 0, m."""
+    return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or 1.0
+
+
+def reach(chain):
+    """The largest distance of a point of the chain from the first pin, m. Rails on links count."""
+    size, outer = length(chain['links']), list(zip(chain['links'], chain['q']))[leading(chain):]
+    return size + sum(max(map(abs, rail(link['joint'], q, size, INSIDE))) for link, q in outer if 'type' in link['joint'])
 
 
 def range_of(law):
@@ -52,22 +60,22 @@ def range_of(law):
     return law['offset'] - abs(law['amplitude']), law['offset'] + abs(law['amplitude'])
 
 
-def slides_of(chain):
-    """The joints of the slides."""
-    return [link['joint'] for link in chain['links'][:2] if 'type' in link['joint']]
+def leading(chain):
+    """The number of prismatic joints before the first link that turns."""
+    return next((i for i, link in enumerate(chain['links']) if 'type' not in link['joint']), len(chain['links']))
 
 
 def is_free(chain):
-    """True if nothing holds the first pin of a link that turns: two slides without mass."""
-    return len(slides_of(chain)) == 2 and not any(link['mass'] for link in chain['links'][:2])
+    """True if nothing holds the first pin of a link that turns: two prismatic links without mass."""
+    return leading(chain) == 2 and not any(link['mass'] for link in chain['links'][:2])
 
 
-def rail(joint, q, size):
-    """The part of a rail that is drawn, m along its axis."""
+def rail(joint, q, size, free=SIDE):
+    """The part of a rail that is drawn, m along its axis. free: lengths of the chain, of a side without a limit."""
     low, high = range_of(joint['drive']) if 'drive' in joint else (q, q)
     lower, upper = (-math.inf if joint.get('lower') is None else joint['lower'], math.inf if joint.get('upper') is None else joint['upper'])
-    return (min(lower, low) if low - lower <= FAR * size else low - SIDE * size,
-            max(upper, high) if upper - high <= FAR * size else high + SIDE * size)
+    return (min(lower, low) if low - lower <= FAR * size else low - free * size,
+            max(upper, high) if upper - high <= FAR * size else high + free * size)
 
 
 def root(chain, size):
@@ -75,31 +83,33 @@ def root(chain, size):
     base = chain.get('base', {})
     ranges = [range_of(base[key]) if base else (0, 0) for key in ('x', 'y')]
     turns = bool(base) and any(range_of(base['angle']))
-    for joint, q in zip([] if is_free(chain) else slides_of(chain), chain['q']):
-        ends = rail(joint, q, size)
+    for link, q in zip([] if is_free(chain) else chain['links'][:leading(chain)], chain['q']):
+        ends = rail(link['joint'], q, size)
         most = max(map(abs, ends))
-        steps = [(-most, most) if turns else sorted(end * part for end in ends) for part in joint['axis']]
+        steps = [(-most, most) if turns else sorted(end * part for end in ends) for part in link['joint']['axis']]
         ranges = [(low + less, high + more) for (low, high), (less, more) in zip(ranges, steps)]
     return ranges
 
 
 def highest(chain):
     """The largest initial height of a pin above the first pin of a link that turns, m."""
-    slides = len(slides_of(chain))
-    angles = itertools.accumulate(chain['q'][slides:])
-    rises = (math.sin(angle) * link['pin'][0] + math.cos(angle) * link['pin'][1]
-             for angle, link in zip(angles, chain['links'][slides:]))
-    return max(0.0, *itertools.accumulate(rises))
+    angle = height = most = 0.0
+    for link, q in list(zip(chain['links'], chain['q']))[leading(chain):]:
+        x, y = (pin + q * along for pin, along in zip(link['pin'], link['joint'].get('axis', (0, 0))))
+        angle += q * ('axis' not in link['joint'])
+        height += math.sin(angle) * x + math.cos(angle) * y
+        most = max(most, height)
+    return most
 
 
 def view(chain, scene):
     """The view's centre (x, y) in the base frame and half its height, m: room for the reach around each position that rails and base
     allow. A chain with a pinned tip stays within half its reach of the middle between its pins."""
-    size = reach(chain['links'])
-    (left, right), (bottom, top) = root(chain, size)
+    size = reach(chain)
+    (left, right), (bottom, top) = root(chain, length(chain['links']))
     middle, span = (0, 0), size
     tip = chain.get('tip', {}).get('pin', {})
-    if tip and all(law.get('amplitude') == 0 for law in tip.values()) and 'base' not in chain and not slides_of(chain):
+    if tip and all(law.get('amplitude') == 0 for law in tip.values()) and 'base' not in chain and not leading(chain):
         middle, span = (tip['x']['offset'] / 2, tip['y']['offset'] / 2), size / 2
     falls = not scene.get('loads') and 'tip' not in scene and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
     above = highest(chain) + (FREE - 1) * span if len(chain['links']) > LONG and falls else FREE * span
@@ -107,12 +117,18 @@ def view(chain, scene):
     return ((left + right) / 2 + middle[0], (top + above + bottom - FREE * span) / 2 + middle[1]), max(height, width / ASPECT) / 2
 
 
-def view_of_scene(scene):
-    """The view of a scene, a dict, in its base frame. The node reports what is wrong with a scene."""
+def chain_of(scene):
+    """The chain of a scene, a dict, or None. The node reports what is wrong with a scene."""
     try:
-        return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene)
+        return read_chain('/dev/stdin', yaml.safe_dump(scene))
     except (KeyError, NoChain, OSError, yaml.YAMLError):
-        return (0, 0), FREE * DEFAULT
+        return None
+
+
+def view_of_scene(scene):
+    """The view of a scene in its base frame."""
+    chain = chain_of(scene)
+    return view(chain, scene) if chain else ((0, 0), FREE * DEFAULT)
 
 
 def offset_of(scene):
@@ -122,8 +138,7 @@ def offset_of(scene):
 
 def view_in_world(scene):
     (x, y), half = view_of_scene(scene)
-    dx, dy = offset_of(scene)
-    return (x + dx, y + dy), half
+    return (x + offset_of(scene)[0], y + offset_of(scene)[1]), half
 
 
 def prefix_of(node, scene):
@@ -133,11 +148,8 @@ def prefix_of(node, scene):
 
 def frame_of(node, scene):
     """The frame that the view follows: where a chain that nothing holds has its first pin, without its turns. Else None."""
-    try:
-        chain = read_chain('/dev/stdin', yaml.safe_dump(scene))
-    except (KeyError, NoChain, OSError, yaml.YAMLError):
-        return None
-    return prefix_of(node, scene) + chain['links'][1]['name'] if is_free(chain) else None
+    chain = chain_of(scene)
+    return prefix_of(node, scene) + chain['links'][1]['name'] if chain and is_free(chain) else None
 
 
 def cell(size):
@@ -180,15 +192,11 @@ def for_nodes(config, nodes):
                     name = display[key]
                     display[key] = (node + name[len('planar_chain'):] if name.startswith('planar_chain/') else outer + name)
             if display['Name'] == 'Energy' and len(nodes) > 1:
-                display['Marker Topic'] = text_topic(k)
+                display['Marker Topic'] = TEXT_TOPIC % k
             if display['Name'] == 'Scale' and k > 0:
                 display['Enabled'] = display['Value'] = False  # one is enough
         groups.append({'Class': 'rviz/Group', 'Name': node, 'Enabled': True, 'Value': True, 'Displays': displays})
     manager['Displays'] = shared + (groups if len(nodes) > 1 else groups[0]['Displays'])
-
-
-def text_topic(k):
-    return '/show/energy_%d' % k
 
 
 def relay_texts(nodes, scenes, centre, half):
@@ -197,7 +205,7 @@ def relay_texts(nodes, scenes, centre, half):
     size = TEXT * half / max(1, len(nodes) - 1)
 
     def relay(k, node):
-        out = rospy.Publisher(text_topic(k), MarkerArray, queue_size=2)
+        out = rospy.Publisher(TEXT_TOPIC % k, MarkerArray, queue_size=2)
         dx, dy = offset_of(scenes[k])
         frame = prefix_of(node, scenes[k]) + scenes[k].get('publish', {}).get('base_frame', 'base_link')
 
@@ -280,8 +288,7 @@ def rviz(name, config, arguments, meanwhile=lambda: None):
 
 
 def load(path):
-    with open(path, encoding='utf-8') as file:
-        return yaml.safe_load(file)
+    return yaml.safe_load(pathlib.Path(path).read_text(encoding='utf-8'))
 
 
 def private(name, default):
@@ -297,9 +304,8 @@ def fit_to(config, node, scene):
 
 
 def show_config(path, options, names):
-    node = private('simulation', 'planar_chain')
+    node = rospy.resolve_name(private('simulation', 'planar_chain'))
     config = load(path)
-    node = rospy.resolve_name(node)
     scene = rospy.get_param(node, {})
     fit_to(config, node, scene)
     return rviz(private('title', pathlib.Path(path).stem), config, [*options, *names])

@@ -1,7 +1,7 @@
 """Random machines: the same seed always gives the same one. chaos_test.py and differential_test.py use them.
 
 Their scenes mix rotors, drives, dry friction, springs, dampers, stops, loads and moving bases; those of everything() also
-carts, held tips, drag, motors and commands.
+prismatic joints anywhere, held tips, drag, motors and commands.
 """
 import math
 import pathlib
@@ -87,14 +87,16 @@ def moved_joint(chance):
     return made
 
 
+def make_prismatic(chance, one):
+    one["joint"].update(type="prismatic", axis=[chance.uniform(-1, 1), chance.uniform(0.1, 1)])
+    if "initial" in one:
+        one["initial"] = {"position": 0.3 * one["initial"]["angle"], "velocity": one["initial"]["velocity"]}
+
+
 def cart(chance):
     one = link(chance, moved_joint)
     one["pin"] = [chance.uniform(-0.4, 0.4), chance.uniform(-0.4, 0.4)]
-    made = one["joint"]
-    made.pop("rotor_inertia", None)
-    made.update(type="prismatic", axis=[chance.uniform(-1, 1), chance.uniform(0.1, 1)])
-    if "initial" in one:
-        one["initial"] = {"position": 0.3 * one["initial"]["angle"], "velocity": one["initial"]["velocity"]}
+    make_prismatic(chance, one)
     return one
 
 
@@ -116,15 +118,14 @@ def place_of_tip(scene):
     x, y, angle = 0.0, 0.0, 0.0
     for name in scene["chain"]:
         made, q = scene["links"][name]["joint"], first(scene["links"][name])
+        ahead, left = scene["links"][name]["pin"]
         if "axis" in made:
-            x += q * made["axis"][0] / math.hypot(*made["axis"])
-            y += q * made["axis"][1] / math.hypot(*made["axis"])
-            c, s = 1, 0
+            ahead += q * made["axis"][0] / math.hypot(*made["axis"])
+            left += q * made["axis"][1] / math.hypot(*made["axis"])
         else:
             angle += q
-            c, s = math.cos(angle), math.sin(angle)
-        pin = scene["links"][name]["pin"]
-        x, y = x + c * pin[0] - s * pin[1], y + s * pin[0] + c * pin[1]
+        c, s = math.cos(angle), math.sin(angle)
+        x, y = x + c * ahead - s * left, y + s * ahead + c * left
     return x, y
 
 
@@ -183,6 +184,10 @@ def everything(seed):
     names = carts + [f"l{k}" for k in range(3 - len(carts) if few else chance.choice((1, 2, 2, 3, 3, 4, 6)))]
     scene = {"chain": names, "links": {name: link(chance, moved_joint) for name in names}, "loads": loads(chance, names)}
     scene["links"].update({name: cart(chance) for name in carts})
+    another = random.Random(f"prismatic {seed}")
+    for name in names[1:]:
+        if name not in carts and another.random() < 0.3:
+            make_prismatic(another, scene["links"][name])
     for load in scene["loads"].values():
         load["point"] = [chance.uniform(0, 0.5), chance.uniform(-0.2, 0.2)]
     if few:

@@ -52,9 +52,9 @@ class Box(_Box):
 
 
 class Environment(Env):
-    """motors: joints by name, with the largest torque of each, N m, at most its `effort_limit`. An action is one number
-    from -1 to 1 for each motor: its share of that torque, held for `period` (s). One beyond is refused; Gymnasium's
-    wrapper ClipAction clips it. An observation is the positions of slides (m), the sines and cosines of the relative
+    """motors: joints by name, with the largest torque of each (N m; N of prismatic joints), at most its `effort_limit`. An
+    action is one number from -1 to 1 for each motor: its share of that torque, held for `period` (s). One beyond is refused;
+    Gymnasium's wrapper ClipAction clips it. An observation is the positions of prismatic joints (m), the sines and cosines of the relative
     angles, and the rates (m/s, rad/s). render_mode "rgb_array": render() returns a picture of the chain.
 
     Derive from it: `reward(q, qd, action)` is due after each step; `is_over(q, qd)` ends an episode;
@@ -93,10 +93,10 @@ class Environment(Env):
         self._most = np.array(list(motors.values()), dtype=float)
         self._hold(self._most)  # refuses driven joints
         n = len(self.scene)
-        self._slides = np.array(self.scene.prismatic)
-        slides = np.count_nonzero(self._slides)
+        self._prismatic = np.array(self.scene.prismatic)
+        m = np.count_nonzero(self._prismatic)
         self.action_space = Box([-1.0] * len(motors), [1.0] * len(motors))
-        largest = np.array([np.inf] * slides + [1.0] * 2 * (n - slides) + [np.inf] * n)
+        largest = np.array([np.inf] * m + [1.0] * 2 * (n - m) + [np.inf] * n)
         self.observation_space = Box(-largest, largest)
         self._steps = None  # before the first reset()
 
@@ -120,8 +120,8 @@ class Environment(Env):
         return False
 
     def observation(self, q, qd):
-        angles = q[~self._slides]
-        return np.concatenate([q[self._slides], np.sin(angles), np.cos(angles), qd])
+        angles = q[~self._prismatic]
+        return np.concatenate([q[self._prismatic], np.sin(angles), np.cos(angles), qd])
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed, options=options)
@@ -157,16 +157,17 @@ class Environment(Env):
         return self._simulation.q, self._simulation.qd
 
     def render(self, size=400):  # pylint: disable=arguments-differ
-        """Returns the chain as size × size × 3 bytes, red, green, blue: the ground pin in the middle, y upwards. Without
-        render_mode it returns None."""
+        """Returns the chain as size × size × 3 bytes, red, green, blue: the ground pin in the middle, y upwards. It
+        needs render_mode, and no matplotlib."""
         if self.render_mode is None:
-            return None
+            raise ValueError(f'render: expected {type(self).__name__}(…, render_mode="rgb_array"), got one without a render_mode')
         motions, pins = self._simulation.link_motions(), self.scene.pins
         angle = motions["angle"][-1]
         tip = motions["inner_pin"][-1] + [np.cos(angle) * pins[-1, 0] - np.sin(angle) * pins[-1, 1],
                                           np.sin(angle) * pins[-1, 0] + np.cos(angle) * pins[-1, 1]]
         points = np.vstack([motions["inner_pin"], tip])
-        reach = np.hypot(*pins.T).sum() or 1.0
+        displaced = abs(self._simulation.q[self._prismatic & np.logical_or.accumulate(~self._prismatic)])
+        reach = np.hypot(*pins.T).sum() + displaced.sum() or 1.0
         return _drawn((points - points[0]) / reach, size)
 
     def close(self):

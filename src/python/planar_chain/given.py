@@ -22,6 +22,14 @@ def read_whole(text):
     return int(text)
 
 
+def read_numbers(option, text, refused):
+    """The numbers between commas, or None for None."""
+    try:
+        return None if text is None else [read_number(number) for number in text.split(",")]
+    except ValueError:
+        raise refused(f"{option}: expected numbers with commas between, got {text!r}") from None
+
+
 def require_moving(path, refused):
     """Raises `refused` for the path of a number that acts on no motion of a run without commands."""
     if STILL.fullmatch(path):

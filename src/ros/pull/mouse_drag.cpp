@@ -105,7 +105,7 @@ class MouseDrag {
     const int apart = frames_.every * mostMarkers;
     const int stride = (n + apart - 1) / apart * frames_.every;
     for (int i = n - 1; i >= 0; i -= stride) {
-      if (linkAt(i).mass > 0) offerMarker(i);  // a slide without mass may be nothing but a direction
+      if (linkAt(i).mass > 0) offerMarker(i);  // a prismatic link without mass may be nothing but a direction
     }
     server_.applyChanges();
   }

@@ -26,7 +26,8 @@ constexpr double beyond = 0.2;          // spans, from the farthest points of th
 
 // In the URDF, in widths of a link:
 constexpr double pinRadius = 0.72, bobRadius = 1.1;
-constexpr double carriageHeight = 3.8;  // more than the rings of its spring
+constexpr double carriageHeight = 3.8;                // more than its brake
+constexpr double railOffset = 0.75, railWidth = 0.2;  // of the two rails on a link, beside what slides
 constexpr int hatches = 5;
 
 constexpr std::array<Paint, 3> paints{
@@ -52,7 +53,7 @@ class Writer {
     if (!hasOwnShapes()) line(scene_.appearance.visuals[0]);
     if (hasOwnShapes() && !floats(chain_))
       chain_.coordinates().leading() > 0
-          ? rail({}, chain_.joints()[0].axis, railOf(scene_, 0, drawing_.reach))
+          ? rail({}, chain_.joints()[0].axis, railOf(scene_, 0, drawing_.links))
           : ground({});
     if (!scene_.base) tip();
     line("</link>");
@@ -94,7 +95,7 @@ class Writer {
     if (!scene_.tip || scene_.tip->moves() || !hasOwnShapes()) return;
     const Vec2d at{scene_.tip->x.at(0).value, scene_.tip->y.at(0).value};
     if (!scene_.tip->line) return ground(at);
-    rail(at, *scene_.tip->line, lineOf(scene_, drawing_.reach));
+    rail(at, *scene_.tip->line, lineOf(scene_, drawing_));
   }
 
   void rail(Vec2d at, Vec2d axis, const Range& rail) {
@@ -131,6 +132,7 @@ class Writer {
   void shape(int i) {
     const Link& body = chain_.links()[index(i)];
     const double w = drawing_.bar;
+    if (i + 1 < chain_.size() && isInside(chain_, i + 1)) rails(i + 1);
     if (i < chain_.coordinates().leading()) return floats(chain_) ? void() : carriage(i);
 
     // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
@@ -148,8 +150,23 @@ class Writer {
     if (figure.hasBob) visual(body.com, 0, paint, "<sphere radius='", bobRadius * w, "'/>");
     if (i == chain_.size() - 1 && length(body.pin) > 0 && !figure.hasBob)
       cylinder(body.pin, w / 2, depth, paint);
-    if (i == 0 || figure.hasPin) cylinder({0, 0}, pinRadius * w, 1.3 * w, "pin");
+    if (isInside(chain_, i)) {
+      const Vec2d axis = chain_.joints()[index(i)].axis;
+      box({}, std::atan2(axis.y, axis.x), blockLength * w, 2 * railOffset * w, 1.2 * w, paint);
+    } else if (i == 0 || figure.hasPin)
+      cylinder({0, 0}, pinRadius * w, 1.3 * w, "pin");
     if (i == chain_.size() - 1 && scene_.tip) cylinder(body.pin, pinRadius * w, 1.3 * w, "pin");
+  }
+
+  /// Two rails on the link inside of a prismatic joint. Between them slides a block of the joint's own link.
+  void rails(int joint) {
+    const Range rail = railOf(scene_, joint, drawing_.links);
+    const Vec2d axis = chain_.joints()[index(joint)].axis, pin = chain_.links()[index(joint - 1)].pin;
+    const double w = drawing_.bar, half = halfBlock(chain_, joint) * w;
+    for (const double side : {-1.0, 1.0}) {
+      box(pin + 0.5 * (rail.from + rail.to) * axis + side * railOffset * w * perp(axis),
+          std::atan2(axis.y, axis.x), rail.to - rail.from + 2 * half, railWidth * w, 1.4 * w, "ground");
+    }
   }
 
   /// A box on its rail, with the pin on it that carries the next link.
@@ -233,7 +250,9 @@ Drawing::Drawing(const Scene& scene) : Extent(scene) {
   double mass = 0, shortest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < scene.chain.size(); ++i) {
     const Link& link = scene.chain.links()[index(i)];
-    const double size = std::fmax(length(link.pin), length(link.com));
+    double pin = length(link.pin);
+    if (i + 1 < scene.chain.size() && isInside(scene.chain, i + 1)) pin += travelOf(scene, i + 1, links);
+    const double size = std::fmax(pin, length(link.com));
     if (i >= scene.chain.coordinates().leading() && size > 0) shortest = std::fmin(shortest, size);
     mass += link.mass;
   }
@@ -264,6 +283,10 @@ Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
 
 double Drawing::push(double f) const {
   return std::fmin(half / 4, span) * std::fmin(1, std::sqrt(std::fabs(f) / force));
+}
+
+double halfBlock(const Chain& chain, int joint) {
+  return (isInside(chain, joint) ? blockLength : carriageLength) / 2;
 }
 
 bool floats(const Chain& chain) {
@@ -322,7 +345,7 @@ std::vector<std::string> notInUrdf(const Scene& scene) {
   for (const auto& other : scene.others) keys.insert(other.first);
   for (int i = 0; i < scene.chain.size(); ++i) {
     add(scene.q[index(i)] != 0,
-        i < scene.chain.coordinates().leading() ? "initial/position" : "initial/angle");
+        scene.chain.coordinates().isPrismatic(i) ? "initial/position" : "initial/angle");
     add(scene.qd[index(i)] != 0, "initial/velocity");
   }
   add(!(scene.chain.gravity() == Vec2d{0, -9.81}), "gravity");

@@ -23,13 +23,17 @@ struct Drawing : Extent {
   /// it starts, m, in base axes from the inner pin of the first link that turns. An arrow that starts within
   /// the span ends at most 1.2 spans from the middle: in view.
   Vec2d arrow(Vec2d f, Vec2d from) const;
-  /// Returns the length of the arrow of a force along a rail (N), in m. It grows with the square root of the
-  /// force, as arcs do with the torque, to an eighth of the view's height for the chain's weight and more.
+  /// Returns the length of the arrow of a force in a prismatic joint (N), in m. It grows with the square root
+  /// of the force, as arcs do with the torque, to an eighth of the view's height for the chain's weight and
+  /// more.
   double push(double f) const;
 };
 
-/// The length of a carriage along its rail, in widths of a link.
-constexpr double carriageLength = 6;
+/// The length of a carriage along its rail, and of the block of a link that slides on a link that turns, in
+/// widths of a link.
+constexpr double carriageLength = 6, blockLength = 2;
+/// Half of that of a prismatic joint.
+double halfBlock(const Chain& chain, int joint);
 
 /// A colour of links: three neighbours have different ones. The parts are in 0 … 1.
 struct Paint {
@@ -51,7 +55,8 @@ struct Figure {
   bool hasPin = true;   ///< at the origin; a link about as short as it is wide has none
 };
 
-/// True if nothing holds the first pin of a link that turns: two slides without mass. They are not drawn.
+/// True if nothing holds the first pin of a link that turns: two prismatic links without mass. They are not
+/// drawn.
 bool floats(const Chain& chain);
 
 /// A thin bar joins the pins. A thick one shows the mass: the uniform rod with the body's mass, centre of

@@ -9,9 +9,10 @@ namespace planar_chain {
 
 namespace {
 
-// Rails, in reaches:
-constexpr double farLimit = 10;   // a limit farther away is not drawn
-constexpr double freeLength = 2;  // of a side without a limit
+// Rails, in lengths of the chain:
+constexpr double farLimit = 10;      // a limit farther away is not drawn
+constexpr double freeLength = 2;     // of a side without a limit
+constexpr double freeInside = 0.25;  // likewise, of a rail on a link that turns
 
 // Of the view, as in show.py:
 constexpr double margin = 1.25;  // from the first pin to the rim, in spans
@@ -33,7 +34,7 @@ Range rangeOf(const MotionLaw& law) {
 }
 
 /// Where the inner pin of the first link that turns can be.
-Box rootOf(const Scene& scene, double reach) {
+Box rootOf(const Scene& scene, double links) {
   Box box;
   if (scene.base) {
     const Range x = rangeOf(scene.base->x), y = rangeOf(scene.base->y);
@@ -41,7 +42,7 @@ Box rootOf(const Scene& scene, double reach) {
   }
   const Range turns = scene.base ? rangeOf(scene.base->angle) : Range{0, 0};
   for (int i = 0; i < scene.chain.coordinates().leading() && !floats(scene.chain); ++i) {
-    const Range rail = railOf(scene, i, reach);
+    const Range rail = railOf(scene, i, links);
     const Vec2d axis = scene.chain.joints()[index(i)].axis;
     if (turns.from == 0 && turns.to == 0) {
       box.low +=
@@ -61,8 +62,13 @@ Box rootOf(const Scene& scene, double reach) {
 double highest(const Scene& scene) {
   double angle = 0, height = 0, most = 0;
   for (std::size_t i = index(scene.chain.coordinates().leading()); i < scene.q.size(); ++i) {
-    const Vec2d pin = scene.chain.links()[i].pin;
-    angle += scene.q[i];
+    const Joint& joint = scene.chain.joints()[i];
+    Vec2d pin = scene.chain.links()[i].pin;
+    if (joint.isPrismatic) {
+      pin += scene.q[i] * joint.axis;
+    } else {
+      angle += scene.q[i];
+    }
     height += std::sin(angle) * pin.x + std::cos(angle) * pin.y;
     most = std::fmax(most, height);
   }
@@ -71,37 +77,51 @@ double highest(const Scene& scene) {
 
 }  // namespace
 
-Range railOf(const Scene& scene, int slide, double reach) {
-  const Joint& joint = scene.chain.joints()[index(slide)];
-  Range places{scene.q[index(slide)], scene.q[index(slide)]};
-  for (const Drive& drive : scene.drives) {
-    if (drive.joint == slide) places = rangeOf(drive.law);
-  }
-  const bool ends = places.from - joint.lower <= farLimit * reach;
-  const bool endsAbove = joint.upper - places.to <= farLimit * reach;
-  return {ends ? std::fmin(joint.lower, places.from) : places.from - freeLength * reach,
-          endsAbove ? std::fmax(joint.upper, places.to) : places.to + freeLength * reach};
+bool isInside(const Chain& chain, int joint) {
+  return chain.coordinates().isPrismatic(joint) && joint >= chain.coordinates().leading();
 }
 
-Range lineOf(const Scene& scene, double reach) {
+Range railOf(const Scene& scene, int slider, double links) {
+  const Joint& joint = scene.chain.joints()[index(slider)];
+  Range places{scene.q[index(slider)], scene.q[index(slider)]};
+  for (const Drive& drive : scene.drives) {
+    if (drive.joint == slider) places = rangeOf(drive.law);
+  }
+  const bool ends = places.from - joint.lower <= farLimit * links;
+  const bool endsAbove = joint.upper - places.to <= farLimit * links;
+  const double free = links * (isInside(scene.chain, slider) ? freeInside : freeLength);
+  return {ends ? std::fmin(joint.lower, places.from) : places.from - free,
+          endsAbove ? std::fmax(joint.upper, places.to) : places.to + free};
+}
+
+double travelOf(const Scene& scene, int slider, double links) {
+  const Range rail = railOf(scene, slider, links);
+  return std::fmax(std::fabs(rail.from), std::fabs(rail.to));
+}
+
+Range lineOf(const Scene& scene, const Extent& extent) {
   const TipLaws& tip = *scene.tip;
-  const Box root = rootOf(scene, reach);
+  const Box root = rootOf(scene, extent.links);
   const Vec2d centre = 0.5 * (root.low + root.high) - Vec2d{tip.x.at(0).value, tip.y.at(0).value};
-  const double radius = reach + length(root.high - root.low) / 2, aside = cross(*tip.line, centre);
+  const double radius = extent.reach + length(root.high - root.low) / 2, aside = cross(*tip.line, centre);
   const double half = std::sqrt(std::fmax(0, radius * radius - aside * aside));
   return {dot(*tip.line, centre) - half, dot(*tip.line, centre) + half};
 }
 
 Extent::Extent(const Scene& scene) {
-  for (const Link& link : scene.chain.links()) reach += std::fmax(length(link.pin), length(link.com));
-  if (reach == 0) reach = 1;
+  for (const Link& link : scene.chain.links()) links += std::fmax(length(link.pin), length(link.com));
+  if (links == 0) links = 1;
+  reach = links;
+  for (int i = 0; i < scene.chain.size(); ++i) {
+    if (isInside(scene.chain, i)) reach += travelOf(scene, i, links);
+  }
   // The way from the ground pin over any pin to the tip is at most as long as the chain.
   const bool isPinned = scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base &&
                         scene.chain.coordinates().leading() == 0;
   if (isPinned) middle = 0.5 * Vec2d{scene.tip->x.at(0).value, scene.tip->y.at(0).value};
   span = isPinned ? reach / 2 : reach;
 
-  const Box root = rootOf(scene, reach);
+  const Box root = rootOf(scene, links);
   const double room = margin * span;
   const Vec2d low = root.low + middle - Vec2d{room, room};
   Vec2d high = root.high + middle + Vec2d{room, room};

@@ -11,17 +11,22 @@ struct Range {
   double from, to;
 };
 
-/// The part of a slide's rail that is drawn. It ends at the limits of q. A side without a limit within ten
-/// reaches is two reaches long, measured from the initial position or from the drive's farthest one.
-Range railOf(const Scene& scene, int slide, double reach);
+/// True if a joint is prismatic and its axis turns with a link.
+bool isInside(const Chain& chain, int joint);
 
-/// The part of a tip's line that the chain can reach, from the point of the line that the scene gives.
-Range lineOf(const Scene& scene, double reach);
+/// The part of a prismatic joint's rail that is drawn. It ends at the limits of q. A side without a limit
+/// within ten lengths of the chain is two lengths long, measured from the initial position or from the
+/// drive's farthest one; on a link that turns a quarter of a length. links: Extent::links.
+Range railOf(const Scene& scene, int slider, double links);
+
+/// The largest |q| on that rail, m.
+double travelOf(const Scene& scene, int slider, double links);
 
 struct Extent {
   explicit Extent(const Scene& scene);
 
-  double reach = 0;  ///< m: the largest possible distance from the first pin
+  double links = 0;  ///< m: the length of the chain, with prismatic joints at 0
+  double reach = 0;  ///< m: the largest possible distance from the first pin; rails on links count
   Vec2d middle;  ///< m: no pin can be further than `span` from it. The first pin, or halfway to a pinned tip
   double span;   ///< m: the reach, or half of it
 
@@ -32,5 +37,8 @@ struct Extent {
   Vec2d centre;  ///< m
   double half;   ///< m
 };
+
+/// The part of a tip's line that the chain can reach, from the point of the line that the scene gives.
+Range lineOf(const Scene& scene, const Extent& extent);
 
 }  // namespace planar_chain

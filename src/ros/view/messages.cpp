@@ -91,7 +91,7 @@ geometry_msgs::WrenchStamped& Messages::tipWrench(ros::Time stamp) {
 }
 
 tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
-  const std::vector<Link>& links = simulation_.scene().chain.links();
+  const Chain& chain = simulation_.scene().chain;
   auto transform = transforms_.transforms.begin();
   const auto set = [&](Vec2d place, double angle) {
     transform->header.stamp = stamp;
@@ -100,16 +100,15 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
     transform->transform.rotation.w = std::cos(angle / 2);
     ++transform;
   };
-  const int slides = simulation_.scene().chain.coordinates().leading();
   // The base's frame does not move. That of its pin does.
   if (simulation_.scene().base) {
     simulation_.linkMotions(motions_.data());
     const LinkMotion& first = motions_.front();
     const double q = simulation_.q().front();
-    Vec2d slid;
-    if (slides > 0)
-      slid = q * (Rotation<double>::of(first.angle) * simulation_.scene().chain.joints().front().axis);
-    set(first.innerPin - slid, first.angle - (slides > 0 ? 0 : q));
+    const Joint& joint = chain.joints().front();
+    joint.isPrismatic
+        ? set(first.innerPin - q * (Rotation<double>::of(first.angle) * joint.axis), first.angle)
+        : set(first.innerPin, first.angle - q);
   }
   int i = 0;
   for (const int framed : framed_) {
@@ -117,10 +116,15 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
     Vec2d place;
     double angle = 0;
     for (; i <= framed; ++i) {
-      if (i > 0) place += Rotation<double>::of(angle) * links[index(i - 1)].pin;
+      const auto turn = Rotation<double>::of(angle);
+      const Joint& joint = chain.joints()[index(i)];
       const double q = simulation_.q()[index(i)];
-      if (i < slides) place += q * simulation_.scene().chain.joints()[index(i)].axis;
-      if (i >= slides) angle += q;
+      if (i > 0) place += turn * chain.links()[index(i - 1)].pin;
+      if (joint.isPrismatic) {
+        place += turn * (q * joint.axis);
+      } else {
+        angle += q;
+      }
     }
     set(place, angle);
   }

@@ -26,6 +26,7 @@ constexpr double trailWidth = 0.3;
 constexpr double brakeRadius = 1.45, brakeWidth = 0.4, padSweep = 0.85 * pi;
 constexpr double limitRadius = 4, limitInner = 0.8, limitWidth = 0.4, railMark = 5;
 constexpr double coilInner = 0.9, coilOuter = 1.7, coilWidth = 0.17, coilTurns = 2.25;
+constexpr int zigzags = 8;  // of the spring of a prismatic joint
 // Heights above the plane of motion, in widths of a link. The more important figure is on top.
 constexpr double behind = -0.55, farBehind = -0.65, underCoils = 1.1, overBodies = 1.2, overCoils = 1.3,
                  overPins = 1.4, onTop = 1.5;
@@ -49,7 +50,7 @@ Colour colourOf(int link) {
   return colour(paint.red, paint.green, paint.blue);
 }
 
-/// The link that rviz follows (src/tools/show.py): the last slide of a chain that nothing holds.
+/// The link that rviz follows (src/tools/show.py): the last link without mass of a chain that nothing holds.
 int linkOfView(const Scene& scene, const Frames& frames) {
   const int moving = scene.chain.coordinates().leading() - 1;
   return floats(scene.chain) && frames.has(moving) ? moving : Sketch::base;
@@ -129,7 +130,7 @@ void Views::forLoads(Act act) const {
 void Views::drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const Colour& paint) {
   if (length(force) <= leastDrawn * drawing_.force) return;
   const auto [origin, turn] = poseOf(link);
-  const Vec2d root = motions_[index(chain_.coordinates().leading())].innerPin;
+  const Vec2d root = motions_[index(std::min(chain_.coordinates().leading(), chain_.size() - 1))].innerPin;
   const Vec2d arrow = drawing_.arrow(force, origin + turn * point - root);
   const Rotation<double> toLink{turn.c, -turn.s};
   on(sketch, link).arrow(point, point + toLink * arrow, arrowWidth * drawing_.bar, paint);
@@ -143,13 +144,13 @@ void Views::drawTurn(Sketch& sketch, int link, Vec2d centre, double torque, cons
   on(sketch, link).turn(centre, turnRadius * drawing_.bar, sweep, arrowWidth * drawing_.bar, paint);
 }
 
-/// What acts in a joint: an arc, or along a rail an arrow that begins at the carriage.
+/// What acts in a joint: an arc, or along a prismatic joint's axis an arrow that begins at its block's end.
 void Views::drawInJoint(Sketch& sketch, int joint, double torque, const Colour& paint) {
   const Joint& own = chain_.joints()[index(joint)];
   if (!own.isPrismatic) return drawTurn(sketch, joint, {}, torque, paint);
   if (std::fabs(torque) < leastDrawn * drawing_.force) return;
   const Vec2d along = std::copysign(1, torque) * own.axis;
-  const double bar = drawing_.bar, from = carriageLength / 2 * bar;
+  const double bar = drawing_.bar, from = halfBlock(chain_, joint) * bar;
   on(sketch, joint).arrow(from * along, (from + drawing_.push(torque)) * along, arrowWidth * bar, paint);
 }
 
@@ -175,15 +176,21 @@ void Views::drawDrives(Sketch& sketch) {
   }
 }
 
-/// A ring with two pads at each joint with friction. A joint that sticks has the rate 0 exactly.
+/// Two pads at each joint with friction: of a ring, or straight ones along a prismatic joint's axis. A joint
+/// that sticks has the rate 0 exactly.
 void Views::drawFriction(Sketch& sketch) {
   const double bar = drawing_.bar;
   for (int i = 0; i < chain_.size(); i += stride_) {
     if (!hasSymbol(chain_.joints()[index(i)], Symbol::brake)) continue;
     const Colour& paint = simulation_.qd()[index(i)] == 0 ? green : orange;
-    for (const double middle : {0.0, pi}) {
-      on(sketch, i).coil({}, brakeRadius * bar, brakeRadius * bar, middle - padSweep / 2, padSweep,
-                         brakeWidth * bar, paint);
+    const Joint& joint = chain_.joints()[index(i)];
+    const Vec2d half = halfBlock(chain_, i) * bar * joint.axis;
+    for (const double side : {0.0, pi}) {
+      const Vec2d aside = std::cos(side) * brakeRadius * bar * perp(joint.axis);
+      joint.isPrismatic
+          ? on(sketch, i).band(aside - half, aside + half, brakeWidth * bar, brakeWidth * bar, paint)
+          : on(sketch, i).coil({}, brakeRadius * bar, brakeRadius * bar, side - padSweep / 2, padSweep,
+                               brakeWidth * bar, paint);
     }
   }
 }
@@ -205,17 +212,35 @@ void Views::drawSprings(Sketch& sketch) {
     kind->addDense(simulation_.scene(), simulation_.time(), q, qd, {F, M, tau});
   }
 
-  // Draw a coil on each joint that has a spring or stops.
+  // Draw a coil on each joint that has a spring or stops. A prismatic joint's spring lies along its axis.
   for (int i = 0; i < chain_.size(); i += stride_) {
     const Joint& joint = chain_.joints()[index(i)];
     if (!hasSymbol(joint, Symbol::coil)) continue;
     const double share = std::fabs(tau[i]) / (joint.isPrismatic ? drawing_.force : drawing_.torque);
+    if (joint.isPrismatic && joint.stiffness > 0) {
+      drawAlongAxis(sketch, i, heat(share));
+      continue;
+    }
     on(sketch, i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
                        coilWidth * drawing_.bar, heat(share));
   }
 }
 
-/// A pale sector of the angles that a joint allows, or a line across its rail at each limit.
+/// A spring from the inner end of a prismatic joint's rail to its block.
+void Views::drawAlongAxis(Sketch& sketch, int joint, const Colour& paint) {
+  const Vec2d axis = chain_.joints()[index(joint)].axis;
+  const double bar = drawing_.bar, from = railOf(simulation_.scene(), joint, drawing_.links).from;
+  const double step = (simulation_.q()[index(joint)] - from) / (2 * zigzags);
+  const auto at = [&](int k) {
+    const double side = k == 0 || k == 2 * zigzags ? 0 : k % 2 == 0 ? -1 : 1;
+    return (from + k * step) * axis + side * coilInner * bar * perp(axis);
+  };
+  inside(sketch, joint);
+  for (int k = 0; k < 2 * zigzags; ++k)
+    sketch.band(at(k), at(k + 1), coilWidth * bar, coilWidth * bar, paint);
+}
+
+/// A pale sector of the angles that a joint allows, or a line across its axis at each limit.
 void Views::drawLimits(Sketch& sketch) {
   const double bar = drawing_.bar;
   for (int i = 0; i < chain_.size(); i += stride_) {
@@ -295,7 +320,8 @@ void Views::drawCentre(Sketch& sketch, Vec2d at, double radius) {
   }
 }
 
-/// The whole chain as a line through its pins, in the colours of links by turns.
+/// The whole chain as a line through its pins and the own points of prismatic links, in the colours of links
+/// by turns.
 void Views::drawChain(Sketch& sketch) {
   const int step = (chain_.size() + mostPins - 1) / mostPins;
   for (int i = 0; i < chain_.size(); i += step) {

@@ -13,7 +13,7 @@ BULK = 0.9  # of the errors: the rest are outliers
 HARDLY = 0.1  # a fit that follows less than this part of the samples is bad
 TRIAL, BETTER = 0.6, 5.0  # s of a trial; it explains if its error is so many times smaller than that of the angles as they are
 SLOW = 1.0  # s between samples: t is not in s
-COUNTS = {  # how the angles of a file count: as they should have been
+COUNTS = {  # how the angles of a file count, of revolute joints: as they should have been
     "the angle of {first} from hanging, not from +x (subtract π/2)": lambda q, turn: q - turn * np.eye(q.shape[1])[0],
     "the angle of {first} from upright, not from +x (add π/2)": lambda q, turn: q + turn * np.eye(q.shape[1])[0],
     "all angles from +x, not from the link before (take differences)": lambda q, turn: np.diff(q, axis=1, prepend=0.0),
@@ -64,17 +64,22 @@ def mistakes(solver, scene, problem, states):
                         "tau_<joint>, --effort)?")
     if said:
         return said
+    revolute = np.flatnonzero(~np.array(scene.prismatic))
+    if not len(revolute):
+        return said
     as_it_is, trials = solver(problem, states), {}
     for words, change in COUNTS.items():
-        changed = [counted(recording, change) for recording in problem.recordings]
+        def counted(values, turn, change=change):
+            """values: a row for each instant, a column for each joint."""
+            values = values.copy()
+            values[:, revolute] = change(values[:, revolute], turn)
+            return values
+        changed = [Recording(one.name, one.t, counted(one.q, np.pi / 2), None, one.loads, one.start) for one in problem.recordings]
         other = Problem(scene, changed, problem.numbers, problem.has_offsets, problem.has_delay)
-        trials[words] = solver(other, [np.concatenate([change(state[None, :len(state) // 2], np.pi / 2)[0],
-                                                       change(state[None, len(state) // 2:], 0.0)[0]]) for state in states])
+        trials[words] = solver(other, [np.concatenate([counted(half[None], turn)[0] for half, turn in zip(np.split(state, 2), (np.pi / 2, 0.0))])
+                                       for state in states])
     best = min(trials, key=trials.get)
     if BETTER * trials[best] < as_it_is:
-        said.append(f"it looks as if the data count {best.format(first=problem.joints[0])}")
+        said.append(f"it looks as if the data count {best.format(first=problem.joints[revolute[0]])}")
     return said
 
-
-def counted(recording, change):
-    return Recording(recording.name, recording.t, change(recording.q, np.pi / 2), None, recording.loads, recording.start)

@@ -63,7 +63,7 @@ class Fit:
 
     def __init__(self, scene, problem, solution):
         self.joints = problem.joints
-        self.units = ["m" if slides else "rad" for slides in scene.prismatic]
+        self.units = ["m" if is_prismatic else "rad" for is_prismatic in scene.prismatic]
         samples = solution.samples
         self.converged, self.interrupted, self.reason = not solution.reason, solution.interrupted, solution.reason
         self.runs, self.evaluations = problem.runs, solution.calls

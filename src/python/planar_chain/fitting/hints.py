@@ -11,7 +11,7 @@ import numpy as np
 from planar_chain import Scene, simulate_many
 
 from .varied import AT_BOUND, NOT_ZERO, value_at
-from .problem import is_floating, joint_links
+from .problem import is_floating, joint_links, most_steps
 
 SHARE, SHARE_OF_TWO = 0.25, 0.5  # of the residuals' squares that a hint explains at least; that two shapes do
 OWN = 1e-3  # the part of a change that no unknown can do; less is an error of the differences
@@ -89,14 +89,14 @@ def probe(problem, solution, samples, used, j, torque):
         recording, (values, state, _, delay) = problem.recordings[r], problem.parts(solution.x, r)
         scene, parameters = problem.scene_of(r, delay, values), problem.parameters(r, [values] * 2)
         t = np.round(recording.t[samples[r]], 12)
-        motion = simulate_many(scene, t, initial=[state] * 2, parameters=parameters).states[0]
+        motion = simulate_many(scene, t, initial=[state] * 2, parameters=parameters, most_steps=most_steps(t)).states[0]
         shape = np.nan_to_num(torque(motion[:, :n], motion[:, n:])[:, j])
         size = PROBE * max(number.scale for number in problem.numbers) / max(abs(shape).max(), NOT_ZERO)
         tree = scene.to_dict()
         loads = {**(tree.get("loads") or {}), "fit_probe": {"joint": problem.joints[j], "torque": 0.0, "times": t.tolist(),
                                                             "values": shape.tolist()}}
         runs = simulate_many(Scene({**tree, "loads": loads}), t, initial=[state] * 2,
-                             parameters={**parameters, "loads/fit_probe/torque": [-size, size]}).states[:, :, :n]
+                             parameters={**parameters, "loads/fit_probe/torque": [-size, size]}, most_steps=most_steps(t)).states[:, :, :n]
         angles[r] = np.nan_to_num((runs[1] - runs[0]) / (2 * size))
     return np.concatenate([motion[mask] for motion, mask in zip(angles, problem.measured(samples))])
 

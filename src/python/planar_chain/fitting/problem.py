@@ -145,7 +145,7 @@ class Problem:
             grid = self._grid(np.unique(np.concatenate(list(times.values()))), bool(scene.to_dict().get("loads")))
             runs = simulate_many(scene, grid, initial=np.array([rows[k][2] for k in members]),
                                  parameters=self.parameters(rows[members[0]][0], [rows[k][1] for k in members]),
-                                 most_steps=int(MOST_STEPS * max(1.0, grid[-1])),
+                                 most_steps=most_steps(grid),
                                  threads=1 if self.is_plain and len(members) <= FEW else 0)
             self.runs += len(members)
             self.reason = next(iter(runs.reasons.values()), self.reason)
@@ -164,7 +164,8 @@ class Problem:
         """The states of recording r at these samples. The first is that from which the run goes, which closes a closed chain."""
         values, state, _, delay = self.parts(x, r)
         times = np.round(self.recordings[r].t[places], 12)
-        return simulate_many(self.scene_of(r, delay, values), times, initial=[state], parameters=self.parameters(r, [values])).states[0]
+        return simulate_many(self.scene_of(r, delay, values), times, initial=[state], parameters=self.parameters(r, [values]),
+                             most_steps=most_steps(times)).states[0]
 
     def is_sparse(self, x, r, places):
         """Whether these samples of recording r hide much of the motion between them: where they do not, angles change by nearly the mean
@@ -275,6 +276,11 @@ def is_plain(values):
     joints = [values["links"][link].get("joint") or {} for link in values["chain"]]
     return (len(joint_links(values)) <= 12 and not has_laws(values)
             and all(set(joint) <= {"name", "damping", "stiffness", "rest_angle"} for joint in joints))
+
+
+def most_steps(times):
+    """Of a run to the last of these times."""
+    return int(MOST_STEPS * max(1.0, times[-1]))
 
 
 def between(grid, times):

@@ -170,7 +170,7 @@ def require_samples(name, t, arrays, joints):
 
 
 def require_radians(recording, joints, prismatic):
-    for joint, values in ((joint, values) for joint, values, slides in zip(joints, recording.q.T, prismatic) if not slides):
+    for joint, values in ((joint, values) for joint, values, is_prismatic in zip(joints, recording.q.T, prismatic) if not is_prismatic):
         most = abs(values[np.isfinite(values)]).max(initial=0.0)
         if most > MOST_ANGLE:
             raise BadFit(f"{recording.name}: expected angles in rad, got {most:g} in {joint}, which looks like degrees "

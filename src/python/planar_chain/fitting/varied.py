@@ -82,14 +82,18 @@ def sizes(scene):
 
 
 def typical(path, scene):
+    """The size of a number that is 0 at first. Joints have moments, prismatic ones forces: arm is what is between them."""
     mass, length, rate = sizes(scene)
-    inertia = mass * length ** 2
+    at = path.split("/")
+    joint = (scene.to_dict()["links"].get(at[1]) or {}).get("joint") if at[0] == "links" and at[2:3] == ["joint"] else {}
+    arm = 1.0 if (joint or {}).get("type") == "prismatic" else length
+    inertia, force = mass * arm ** 2, mass * length * arm * rate ** 2
     key = path.rsplit("/", 1)[-1]
     if path.endswith(("com/0", "com/1", "pin/0", "pin/1")):
         return 0.1 * length
     return {"mass": mass, "inertia": 0.1 * inertia, "rotor_inertia": 0.01 * inertia, "damping": 0.01 * inertia * rate,
-            "drag": 0.01 * inertia, "stop_damping": 0.1 * inertia * rate, "stiffness": 0.1 * inertia * rate ** 2,
-            "stop_stiffness": 100 * inertia * rate ** 2, "friction": 0.01 * inertia * rate ** 2, "breakaway": 0.01 * inertia * rate ** 2,
+            "drag": 0.01 * inertia * arm / length, "stop_damping": 0.1 * inertia * rate, "stiffness": 0.1 * inertia * rate ** 2,
+            "stop_stiffness": 100 * inertia * rate ** 2, "friction": 0.01 * force, "breakaway": 0.01 * force,
             "torque": 0.1 * inertia * rate ** 2}.get(key, 0.1)
 
 

@@ -8,6 +8,7 @@ import planar_chain
 import sympy as sp
 
 from . import laws
+from .coordinates import NONE, Coordinates
 from .letters import LATEX, Letters, NoFormula, exact, roman, state_symbols
 
 MOST_LINKS = 10
@@ -51,7 +52,8 @@ def read(scene):
 class ChainInLetters:
     """m, I, J: lists. r, p: 2-vectors. F: 2n, of which `weights`; M, tau: n; as functions of theta, q, qd and `given`.
 
-    The first `slides` links slide: rails has their directions, and their theta and omega are those of the base.
+    coordinates, x, xd: see coordinates.py. theta and omega: of each body, those of the joint that turns it or of the base.
+    axes, turned_axes, displacement: of prismatic joints d in body axes, d in ground axes, q d in body axes; 0 of others.
     rows: 2-vectors c_j along which the tip is held, with the acceleration tip_acceleration; none where it is free.
 
     given: {symbol: expression in t} of the base, the tip, driven joints and factors of loads. driven: numbers of joints, from 0 on.
@@ -62,21 +64,22 @@ class ChainInLetters:
         self.links, self.n = [link["name"] for link in chain["links"]], len(chain["links"])
         self.joints = [link["joint"]["name"] for link in chain["links"]]
         require_few_links(self.n)
-        self.slides = sum(link["joint"].get("type") == "prismatic" for link in chain["links"])
+        self.coordinates = Coordinates([link["joint"].get("type") == "prismatic" for link in chain["links"]])
         self.letters, self.given, self.driven = Letters(), {}, []
         self.q, self.qd, self.qdd, self.theta, self.omega = (
             state_symbols(name, self.n) for name in ("q", "qd", "qdd", "theta", "omega"))
         self._bodies(chain["links"], "tip" in chain)
-        self._rails(chain["links"][:self.slides])
+        self._axes(chain["links"])
         self._gravity(chain["gravity"])
         self._joints(chain["links"])
         self._base(chain.get("base"))
-        for i in range(self.slides):
-            self.theta[i], self.omega[i] = self.phi, self.phid
+        for i, k in enumerate(self.coordinates.turner):
+            self.theta[i], self.omega[i] = (self.theta[k], self.omega[k]) if k != NONE else (self.phi, self.phid)
         self.S = [sp.Matrix([[sp.cos(angle), sp.sin(angle)], [-sp.sin(angle), sp.cos(angle)]]) for angle in self.theta]
-        self.turned_rails = [S.T * rail for S, rail in zip(self.S, self.rails)]
-        self.x, self.xd = (sp.Matrix([*of_slides[:self.slides], *of_bodies[self.slides:]])
-                           for of_slides, of_bodies in ((self.q, self.theta), (self.qd, self.omega)))
+        self.turned_axes = [S.T * axis for S, axis in zip(self.S, self.axes)]
+        self.x, self.xd = self.theta.copy(), self.omega.copy()
+        for i in self.coordinates.prismatic:
+            self.x[i], self.xd[i] = self.q[i], self.qd[i]
         self._tip(chain.get("tip", {}))
         self.M = sp.zeros(self.n, 1)
         for name, load in chain.get("loads", {}).items():
@@ -102,9 +105,12 @@ class ChainInLetters:
             outer = link["pin"] if i < self.n or holds_tip else (0, 0)  # nothing hangs on a free tip
             self.p.append(self.letters.vector("p", outer, "m", "from the inner pin to the outer one", i))
 
-    def _rails(self, links):
-        self.rails = [self._direction("d", link["joint"]["axis"], f"direction of rail {i} ({link['joint']['name']})", i)
-                      for i, link in enumerate(links, 1)]
+    def _axes(self, links):
+        self.axes = [sp.zeros(2, 1)] * self.n
+        for i in self.coordinates.prismatic:
+            joint = links[i]["joint"]
+            self.axes[i] = self._direction("d", joint["axis"], f"axis of the prismatic joint {i + 1} ({joint['name']})", i + 1)
+        self.displacement = [q * axis for q, axis in zip(self.q, self.axes)]
 
     def _gravity(self, gravity):
         x, y = gravity
@@ -121,7 +127,7 @@ class ChainInLetters:
         for k, link in enumerate(links):
             joint = link["joint"]
             require_known(f"links/{link['name']}/joint/", joint, "joint")
-            self.J.append(self._letter("J", k, joint, "rotor_inertia", "kg m^2", "inertia of the rotor of joint"))
+            self.J.append(self._letter("J", k, joint, "rotor_inertia", "kg" if self._units(k)[0] == "m" else "kg m^2", "inertia of the rotor of joint"))
             if "drive" in joint:
                 self.driven.append(k)
                 self.tau[k] = sp.Symbol(f"tau_{k + 1}")
@@ -137,7 +143,7 @@ class ChainInLetters:
 
     def _units(self, k):
         """Of a joint's q, and of what acts in it."""
-        return ("m", "N") if k < self.slides else ("rad", "N m")
+        return ("m", "N") if k in self.coordinates.prismatic else ("rad", "N m")
 
     def _torque(self, k, joint):
         """Springs, dampers, friction of a sliding joint, drag, stops that push."""
@@ -174,15 +180,6 @@ class ChainInLetters:
         self.phi, self.phid, self.phidd = (self.define(name, value) for name, value in
                                            zip(("phi_0", "phid_0", "phidd_0"), moved.get("angle", still)))
 
-    def slid(self):
-        """What turning rails add to accelerations: pairs (along d, along k̂×d) for each slide."""
-        return [(-self.phid ** 2 * q, self.phidd * q + 2 * self.phid * qd) for q, qd in zip(self.q[:self.slides], self.qd)]
-
-    def carried(self, arm, i):
-        """The acceleration of the outer end of an arm of slide i from its inner end, by the turning of the base."""
-        x, y = self.S[i].T * arm
-        return sp.Matrix([-self.phidd * y - self.phid ** 2 * x, self.phidd * x - self.phid ** 2 * y])
-
     def _tip(self, tip):
         """c_j and ẍ_T."""
         require_known("tip/", tip, "tip")
@@ -218,7 +215,7 @@ class ChainInLetters:
                                  for axis, x, r in zip("xy", load["point"], self.com[k])])
             along = arm.T * self.S[k]  # ground components
             self.F[2 * k:2 * k + 2, 0] += factor * force
-        if "link" in load and k >= self.slides:
+        if "link" in load and self.coordinates.turner[k] != NONE:
             self.M[k] += factor * (letter("moment", load["moment"], "N m", "M") + along[0] * force[1] - along[1] * force[0])
         if "joint" in load:
             k = self.joints.index(load["joint"])

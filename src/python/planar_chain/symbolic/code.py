@@ -65,16 +65,17 @@ class Code:
                  "Written by `formulas` of planar_chain; the letters are those of its page of theory.", "",
                  "t    time, s, from 0 on",
                  "q    relative joint angles, rad, counter-clockwise positive; qd their rates, rad/s"]
-        if of.chain.slides:
-            lines += ["     of a slide: its position, m, and m/s; its row of f is a force, N"]
+        if of.chain.coordinates.prismatic:
+            lines += ["     of a prismatic joint: its displacement, m, and m/s; its row of f is a force, N"]
         lines += [f"{name:4} {MEANINGS[name]}" for name in self.outputs]
         lines += ["", f"{n} joint{'s' if n > 1 else ''}, from the ground outwards:"]
-        lines += [f"  {i}  {joint}, of the link {link}" + (", a slide" if i <= of.chain.slides else "") + (", driven: its q and qd must be those of its law" if i - 1 in of.driven else "")
-                  for i, (joint, link) in enumerate(zip(of.joints, of.links), 1)]
+        for i, (joint, link) in enumerate(zip(of.joints, of.links)):
+            lines.append(f"  {i + 1}  {joint}, of the link {link}" + ", prismatic" * (i in of.chain.coordinates.prismatic)
+                         + ", driven: its q and qd must be those of its law" * (i in of.driven))
         if of.driven:
             lines += ["f of a driven joint contains the torque that its drive gives."]
         if of.tau.has(sp.sign):
-            lines += ["Friction is that of joints that slide. At qd = 0 it is 0 here: no formula describes joints that stick."]
+            lines += ["Friction is that of joints that move. At qd = 0 it is 0 here: no formula describes joints that stick."]
         return lines
 
     def statements(self, names):

@@ -77,14 +77,35 @@ def c_code(formulas, name, source, linearize=False):
     """The text of a C file. The functions are NAME_M, NAME_f, NAME_qdd, and with `linearize` NAME_A and NAME_B."""
     code = Code(PRINTER, formulas, name, source, linearize)
     lines = ["/*", *(f" * {line}".rstrip() for line in header(code)), " */", "#include <float.h>", "#include <math.h>", ""]
+    lines += declarations(code)
     if code.letters:
         lines += parameters(code)
-    lines += [f"void {signature(code, output)};" for output in code.outputs] + [""]
-    turning = code.n - code.program.slides
-    lines += rotations(turning).splitlines() + [""]
+    if code.program.angles:
+        lines += rotations(len(code.program.angles)).splitlines() + [""]
     for output in code.outputs:
         lines += [f"void {signature(code, output)}", "{", *(f"  {line}" for line in body(code, output)), "}", ""]
     return "\n".join(lines)
+
+
+def c_header(formulas, name, source, linearize=False):
+    """The text of the header of c_code(), for C and C++."""
+    code = Code(PRINTER, formulas, name, source, linearize)
+    guard = f"{name}_formulas_h"
+    cpp = ("#ifdef __cplusplus", 'extern "C" {', "#endif", ""), ("#ifdef __cplusplus", "}", "#endif", "")
+    lines = ["/*", *(f" * {line}".rstrip() for line in header(code)), " */", f"#ifndef {guard}", f"#define {guard}", "", *cpp[0]]
+    return "\n".join([*lines, *declarations(code), *cpp[1], "#endif", ""])
+
+
+def declarations(code):
+    """The structure of the letters, and the functions."""
+    lines = []
+    if code.letters:
+        of = code.letters.values()
+        width = max(len(letter.symbol.name) for letter in of)
+        lines += [f"struct {code.name}_parameters {{",
+                  *(f"  double {letter.symbol.name + ';':{width + 1}} /* {letter.unit}: {letter.meaning} */" for letter in of), "};", "",
+                  f"extern const struct {code.name}_parameters {code.name}_scene;", ""]
+    return lines + [f"void {signature(code, output)};" for output in code.outputs] + [""]
 
 
 def header(code):
@@ -96,14 +117,9 @@ def header(code):
 
 
 def parameters(code):
-    """The letters as a structure, and the scene's numbers in it."""
-    of = code.letters.values()
-    width = max(len(letter.symbol.name) for letter in of)
-    return [f"struct {code.name}_parameters {{",
-            *(f"  double {letter.symbol.name + ';':{width + 1}} /* {letter.unit}: {letter.meaning} */" for letter in of), "};", "",
-            f"extern const struct {code.name}_parameters {code.name}_scene;",
-            f"const struct {code.name}_parameters {code.name}_scene = {{",
-            *(f"  {letter.value!r},  /* {letter.symbol.name} */" for letter in of), "};", ""]
+    """The scene's numbers in the structure."""
+    return [f"const struct {code.name}_parameters {code.name}_scene = {{",
+            *(f"  {letter.value!r},  /* {letter.symbol.name} */" for letter in code.letters.values()), "};", ""]
 
 
 def signature(code, output):
@@ -122,7 +138,7 @@ def statements(code, output):
                 angles = [code.text(angle) for angle in code.program.angles]
                 lines += [f"const double angles[{len(angles)}] = {{{', '.join(angles)}}};",
                           f"double cosines[{len(angles)}], sines[{len(angles)}];", "rotations(angles, cosines, sines);"]
-            k = int(name[4:]) - 1 - code.program.slides
+            k = code.program.coordinates.revolute.index(int(name[4:]) - 1)
             lines.append(f"const double {name} = {'cosines' if name[0] == 'c' else 'sines'}[{k}];")
         else:
             lines.append(f"const double {name} = {text};")

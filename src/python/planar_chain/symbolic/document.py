@@ -3,7 +3,6 @@
 import sympy as sp
 from sympy.printing.latex import LatexPrinter
 
-from .closed import outwards
 from .letters import latex_name
 from .linear import linear
 
@@ -106,7 +105,7 @@ class Document:
         symbols = set().union(*(e.free_symbols for e in formulas.given.values()), formulas.given, formulas.q, formulas.qd, formulas.qdd,
                               formulas.closed.f_theta.free_symbols, formulas.tau.free_symbols,
                               formulas.closed.c.free_symbols, formulas.phi, self.linear.beta if linearize else [])
-        known.update({symbol: latex_name(symbol) for symbol in symbols if symbol not in known})
+        known.update({symbol: latex_name(symbol) for symbol in symbols if symbol.is_Symbol and symbol not in known})
         self.printer = Printer({"symbol_names": known, "fold_short_frac": True, "fold_func_brackets": True,
                                 "mat_str": "matrix"})
 
@@ -169,14 +168,15 @@ class Document:
     def _letters(self):
         rows = [f"${letter.latex}$ & {as_text(letter.meaning)} & {letter.value:.6g} & {letter.unit.replace('^2', '$^2$')} \\\\"
                 for letter in self.of.used_letters().values()]
-        slides = [rf"$q_{i}$, $\dot{{q}}_{i}$, $\ddot{{q}}_{i}$ & position of slide {i} ({as_text(joint)}) along its rail, its rate and "
-                  r"acceleration & & m, m/s, m/s$^2$ \\" for i, joint in enumerate(self.of.joints[:self.of.chain.slides], 1)]
+        displacements = [rf"$q_{{{i + 1}}}$, $\dot{{q}}_{{{i + 1}}}$, $\ddot{{q}}_{{{i + 1}}}$ & displacement of the prismatic joint {i + 1} "
+                         rf"({as_text(self.of.joints[i])}) along its axis, its rate and acceleration & & m, m/s, m/s$^2$ \\"
+                         for i in self.of.chain.coordinates.prismatic]
         states = [r"$q_i$, $\dot{q}_i$, $\ddot{q}_i$ & relative angle of joint $i$, its rate and acceleration & & "
                   r"rad, rad/s, rad/s$^2$ \\",
                   r"$\theta_i$, $\omega_i$ & absolute angle and angular velocity of body $i$ & & rad, rad/s \\"]
         if self.of.chain.rows:
             states.append(r"$\varphi_j$ & force on the tip along the unit vector $c_j$ & & N \\")
-        return ("\\subsection*{Letters}\n\\begin{longtable}{lp{85mm}rl}\n" + "\n".join(states + slides + rows) + "\n\\end{longtable}\n")
+        return ("\\subsection*{Letters}\n\\begin{longtable}{lp{85mm}rl}\n" + "\n".join(states + displacements + rows) + "\n\\end{longtable}\n")
 
     def _angles(self):
         lines = [self.equation(self.tex(symbol), value) for symbol, value in self.of.absolute.items()]
@@ -194,40 +194,46 @@ class Document:
 
     def _remarks(self):
         remarks = []
-        if self.of.chain.slides:
-            remarks.append(r"A slide $i$ has the row $T_{ij} = 0$. Instead, $V_{pd}$ has the direction of its rail "
+        coordinates = self.of.chain.coordinates
+        if coordinates.prismatic:
+            remarks.append(r"A prismatic joint $i$ has the row $T_{ij} = 0$. Instead, $V_{pd}$ has the direction of its axis $d_i$ "
                            r"in row $i$ at all bodies $j \ge i$, and $A_2 = V_{pd}\,\mathrm{diag}(m_1, m_1, \ldots)$.")
+        if any(self.of.chain.omega[i] != 0 for i in coordinates.prismatic):
+            remarks.append(r"In $S_r^i$ and $S_p^i$ of its body, $q_i d_i$ is added to $r^i$ and $p^i$. As the body turns, "
+                           r"$2 \omega_i \dot{q}_i\, \hat{k} \times d_i$ is added to the accelerations of the bodies $j \ge i$.")
         if any(J != 0 for J in self.of.chain.J):
             remarks.append(r"The rotors' inertias $J_i$ are added to the diagonal of $M$.")
         if self.of.chain.phidd != 0 or any(x != 0 for x in self.of.chain.pdd):
             remarks.append(r"As the base moves, $f = f_{ext} - V_{pd}\, \mathrm{diag}(m) (C^T \omega + B^T 1 \ddot{\varphi} + "
                            r"\ddot{p}) - W_{pd} I \ddot{\varphi}$.")
-        if self.of.chain.slides and self.of.chain.phi != 0:
-            remarks.append(r"As rails turn with it, $S_{i0}$ of a slide is that of the base, and slide $i$ on its rail $d_i$ adds "
-                           r"$(\ddot{\varphi} q_i + 2 \dot{\varphi} \dot{q}_i)\, \hat{k} \times d_i - \dot{\varphi}^2 q_i d_i$ to $\ddot{p}$ "
-                           "of the bodies $j \\ge i$.")
         if self.of.driven:
             remarks.append(r"$\tau_j$ of a driven joint is the torque of its drive. It follows from row $j$ of $M \ddot{q} = f$.")
         if self.of.tau.has(sp.sign):
-            remarks.append("Friction is that of joints that slide. No formula describes joints that stick.")
+            remarks.append("Friction is that of joints that move. No formula describes joints that stick.")
         return " ".join(remarks) + "\n"
 
     def _torque(self, i):
         """The letter τ_i, or 0 where no torque acts."""
-        if i >= self.n or self.of.tau[i] == 0:
-            return sp.Integer(0)
-        return sp.Symbol(f"tau_{i + 1}")
+        return sp.Integer(0) if self.of.tau[i] == 0 else sp.Symbol(f"tau_{i + 1}")
+
+    def _in_brackets(self, factor):
+        return rf"\left({self.tex(factor)}\right)" if factor.is_Add else self.tex(factor)
 
     def _relative(self):
         """M q̈ = f, entry by entry, M in terms of q."""
         n, of = self.n, self.of
-        slides = of.chain.slides
-        in_q = {theta: sp.Add(*of.q[slides:i + 1]) for i, theta in enumerate(of.theta) if i >= slides}
+        coordinates = of.chain.coordinates
+        revolute = coordinates.revolute
+        in_q = {of.theta[i]: sp.Add(*(of.q[k] for k in revolute if k <= i)) for i in revolute}
         M = [self.equation(f"M_{{{i + 1}{',' * (n > 9)}{j + 1}}}", of.closed.M[i, j].xreplace(in_q)) for i in range(n)
              for j in range(i, n) if of.closed.M[i, j] != 0]
-        f = [self.equation(f"f_{{{i + 1}}}", self._torque(i) + sp.Add(*(of.closed.loads_theta[k] for k in outwards(of.chain, i)))) for i in range(n)]
-        sums = (rf"$\theta_i = {'' if of.chain.phi == 0 else self.tex(of.chain.phi) + ' + '}q_{{{slides + 1}}} + \dots + q_i$ is the absolute "
-                "angle of body $i$, $\\omega_i$ its rate.\n" if slides < n else "")
+        f = [self.equation(f"f_{{{i + 1}}}", self._torque(i) + sp.Add(*(of.closed.loads_theta[k] for k in coordinates.outwards(i))))
+             for i in range(n)]
+        of_base, sums = "" if of.chain.phi == 0 else self.tex(of.chain.phi) + " + ", ""
+        if revolute:
+            terms = (rf"q_{{{revolute[0] + 1}}} + \dots + q_i" if revolute == list(range(revolute[0], n)) else
+                     r"\sum q_j$ of the revolute joints $j \le i")
+            sums = rf"$\theta_i = {of_base}{terms}$ is the absolute angle of body $i$, $\omega_i$ its rate." + "\n"
         return "\\subsection*{$M \\ddot{q} = f$, a row for each joint}\n" + sums + self.block(M) + self.block(f) + self._tip()
 
     def _tip(self):
@@ -242,15 +248,15 @@ class Document:
 
     def _absolute(self):
         """One equation for each body, as textbooks print them."""
-        of, rows = self.of.closed, []
+        of, rows, coordinates = self.of.closed, [], self.of.chain.coordinates
         for i in range(self.n):
             inertia = [(j, of.M_theta[i, j]) for j in range(self.n) if of.M_theta[i, j] != 0]
-            terms = [((r"\left(" + self.tex(m) + r"\right)" if m.is_Add else self.tex(m)) + rf" \ddot{{{'q' if j < self.of.chain.slides else chr(92) + 'theta'}}}_{{{j + 1}}}",
+            terms = [(rf"{self._in_brackets(m)} \ddot{{{'q' if j in coordinates.prismatic else chr(92) + 'theta'}}}_{{{j + 1}}}",
                       self._width(m) + 4) for j, m in inertia]
             rows.append(" &" + self.broken(terms))
             on_tip = (of.J_theta[j, i] * self.of.phi[j] for j in range(len(self.of.phi)))
-            rows.append(self.equation("", sp.Add(of.loads_theta[i], self._torque(i), *on_tip) - (
-                self._torque(i + 1) if i >= self.of.chain.slides else 0), r"\qquad = "))
+            of_next = (-self._torque(j) for j, k in enumerate(coordinates.inner) if k == i)
+            rows.append(self.equation("", sp.Add(of.loads_theta[i], self._torque(i), *of_next, *on_tip), r"\qquad = "))
         against = r" $\ddot{\theta}_i$ is relative to the base." if self.of.chain.phidd != 0 else ""
         return f"\\subsection*{{The same in absolute angles}}\nOne equation for each body.{against}\n" + self.block(rows)
 
@@ -259,8 +265,11 @@ class Document:
         of = self.linear
         remark = ("Of $M$, $K$ and $D$ take the rows and columns of free joints, and of $K$ and $D$ all columns; "
                   r"$\delta\ddot{q}$ of a driven joint is 0." if self.of.driven else "")
+        if self.of.chain.coordinates.prismatic:
+            remark += (r" Of a prismatic joint $i$, $q_i$ takes the place of $\theta_i$; row and column $i$ of $T$ are here those of the "
+                       "unit matrix.")
         blocks = [self.block(self.matrix(*named)) for named in ((r"K_\theta", of.K_theta), (r"D_\theta", of.D_theta),
                                                                 (r"K_\tau", of.K_tau), (r"D_\tau", of.D_tau),
                                                                 ("K_c", of.K_c), ("D_c", of.D_c))]
-        return ("\\subsection*{Near a state}\n" + (CLOSED_NEAR_A_STATE if self.of.chain.rows else NEAR_A_STATE) + remark + "\n" + "\n".join(blocks) +
-                "\nA matrix that is not printed is zero.\n")
+        rules = CLOSED_NEAR_A_STATE if self.of.chain.rows else NEAR_A_STATE
+        return "\n".join(["\\subsection*{Near a state}", rules + remark.lstrip(), *blocks, "A matrix that is not printed is zero.\n"])

@@ -36,8 +36,8 @@ class Formulas:
     driven            numbers of driven joints, from 0 on. tau and f have a letter tau_j there: what the drive gives, so that
                       row j of M q̈ = f holds
 
-    Friction is −c sign(q̇), of a joint that slides; no formula describes joints that stick. A slide, as of a cart or of a chain that floats, has a
-    position q in m and no theta. Its row of M_theta, f_theta is that for q."""
+    Friction is −c sign(q̇), of a joint that moves; no formula describes joints that stick. A prismatic joint, as of a cart or a
+    telescope, has a displacement q in m; theta of its link is that of the link before. Its row of M_theta, f_theta is that for q."""
 
     def __init__(self, chain):
         self.chain = chain
@@ -72,12 +72,11 @@ class Formulas:
 
     @property
     def absolute(self):
-        """{theta_i: φ + q_1 + … + q_i, omega_i: likewise}, the sums from the first link that turns"""
+        """{theta_i: φ + q_1 + … + q_i, omega_i: likewise} of revolute joints, whose q alone count"""
         chain, sums = self.chain, {}
         for symbols, rates, start in ((self.theta, self.q, chain.phi), (self.omega, self.qd, chain.phid)):
-            for symbol, rate in list(zip(symbols, rates))[chain.slides:]:
-                start = start + rate
-                sums[symbol] = start
+            for i in chain.coordinates.revolute:
+                sums[symbols[i]] = start = start + rates[i]
         return sums
 
     def in_q(self, expression):

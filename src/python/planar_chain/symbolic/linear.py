@@ -1,4 +1,4 @@
-"""M q̈ = f near a state: M δq̈ = K δq + D δq̇ + δτ, in terms of absolute angles as in closed.py."""
+"""M q̈ = f near a state: M δq̈ = K δq + D δq̇ + δτ, in terms of the coordinates x as in closed.py."""
 
 import types
 
@@ -8,7 +8,7 @@ from .letters import state_symbols
 
 
 def slope(expression, by):
-    """The derivative; that of sign() is 0, as a joint that slides continues to slide."""
+    """The derivative; that of sign() is 0, as a joint that moves continues to move."""
     if isinstance(expression, sp.Add):
         return sp.Add(*(slope(term, by) for term in expression.args))
     if not expression.has(by):
@@ -26,7 +26,7 @@ def linear(of):
         K = ∂(f − M q̈ + J_cᵀ φ)/∂q = T K_θ Tᵀ + K_τ        D = ∂f/∂q̇ = T D_θ Tᵀ + D_τ
 
     and of a tip that is held K_c and D_c, with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
-    beta: θ̈ of the state, relative to the base. K_τ and D_τ are diagonal, and 0 at driven joints."""
+    beta: ẍ of the state (coordinates.py). K_τ and D_τ are diagonal, and 0 at driven joints."""
     n, loads, inertia, tip, c = len(of.q), of.closed.loads_theta, of.closed.M_theta, of.closed.J_theta, of.closed.c
     beta, x, xd = state_symbols("beta", n), of.chain.x, of.chain.xd
 
@@ -35,7 +35,7 @@ def linear(of):
             *(slope(tip[k, i], x[j]) * of.phi[k] for k in range(tip.rows)))
 
     def of_tip(k, j):
-        return slope(c[k], x[j]) - slope(tip[k, j], x[j]) * beta[j]
+        return slope(c[k], x[j]) - sp.Add(*(slope(tip[k, i], x[j]) * beta[i] for i in range(n)))
 
     def of_torques(by):
         return sp.diag(*(0 if j in of.driven else slope(of.tau[j], by[j]) for j in range(n)))

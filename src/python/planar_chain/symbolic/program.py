@@ -8,6 +8,7 @@ import itertools
 import sympy as sp
 
 from .closed import with_rotors
+from .coordinates import NONE
 from .formulas import Formulas
 from .linear import slope
 
@@ -22,7 +23,7 @@ class Program:
     def __init__(self, formulas: Formulas, linearize=False):
         self.formulas, self.n = formulas, len(formulas.q)
         self.steps, self.outputs = [], {}
-        self.slides, self.conditions = formulas.chain.slides, len(formulas.chain.rows)
+        self.coordinates, self.conditions = formulas.chain.coordinates, len(formulas.chain.rows)
         self._names = (sp.Symbol(f"x{k}") for k in itertools.count())
         self._angles()
         self._equations()
@@ -64,20 +65,21 @@ class Program:
         self.steps += of.compact.coefficients.items()
         self.swap = {}  # what stands for functions of angles
         angle, rate = chain.phi, chain.phid
-        turning = range(self.slides, self.n)
-        for i in turning:
+        revolute = self.coordinates.revolute
+        for i in revolute:
             self.swap[of.theta[i]] = angle = self.put(angle + of.q[i], f"theta_{i + 1}")
             self.swap[of.omega[i]] = rate = self.put(rate + of.qd[i], f"omega_{i + 1}")
-        self.angles = [self.swap[of.theta[i]] for i in turning]
-        c, s = ({i: self.put(function(self.swap[of.theta[i]]), f"{name}_{i + 1}") for i in turning}
+        self.angles = [self.swap[of.theta[i]] for i in revolute]
+        c, s = ({i: self.put(function(self.swap[of.theta[i]]), f"{name}_{i + 1}") for i in revolute}
                 for function, name in ((sp.cos, "cos"), (sp.sin, "sin")))
-        turned = self.slides - 1 if self.slides and chain.phi != 0 else self.slides  # slides turn alike
-        if turned < self.slides:
-            c[turned], s[turned] = self.put(sp.cos(chain.phi)), self.put(sp.sin(chain.phi))
-        for i in range(turned, self.n):
-            self.swap[sp.cos(of.theta[i])], self.swap[sp.sin(of.theta[i])] = c[i], s[i]
-            for j in range(turned, i):
-                between = of.theta[j] - of.theta[i]
+        theta = {i: of.theta[i] for i in revolute}
+        if NONE in self.coordinates.turner and chain.phi != 0:  # bodies that turn with the base
+            theta = {NONE: chain.phi, **theta}
+            c[NONE], s[NONE] = self.put(sp.cos(chain.phi)), self.put(sp.sin(chain.phi))
+        for i, own in theta.items():
+            self.swap[sp.cos(own)], self.swap[sp.sin(own)] = c[i], s[i]
+            for j in [j for j in theta if j < i]:
+                between = theta[j] - own
                 self.swap[sp.cos(between)] = self.put(c[i] * c[j] + s[i] * s[j], f"cos_{j + 1}_{i + 1}")
                 sine = self.put(s[j] * c[i] - c[j] * s[i], f"sin_{j + 1}_{i + 1}")
                 self.swap[sp.sin(between)], self.swap[sp.sin(-between)] = sine, -sine
@@ -93,7 +95,7 @@ class Program:
         of, n = self.formulas, self.n
         self.tau = sp.Matrix([0 if j in of.driven else self.put(of.tau[j].xreplace(self.swap), f"tau_{j + 1}") for j in range(n)])
         upper = [(i, j) for i in range(n) for j in range(i, n)]
-        M_theta = with_rotors(of.compact.bodies, of.J, self.slides)
+        M_theta = with_rotors(of.compact.bodies, of.J, self.coordinates)
         values = self._swapped([*(M_theta[i, j] for i, j in upper), *of.compact.loads, *of.compact.tip, *of.compact.tip_rest])
         loads, tip = len(upper), len(upper) + n
         self.M_theta, self.loads = sp.zeros(n, n), values[loads:tip]
@@ -116,10 +118,10 @@ class Program:
             self.outputs["c"] = sp.Matrix(self.tip_rest)
 
     def _sums(self, values, first=0):
-        """T times these n numbers, from row `first` on: for each row the sum from body i outwards; a slide's own. 0 before."""
-        sums = list(values)
-        for i in reversed(range(max(first, self.slides), self.n - 1)):
-            sums[i] = self.put(sums[i] + sums[i + 1])
+        """T times these n numbers, from row `first` on: for each row the sum over `outwards` of coordinates.py."""
+        sums, revolute = list(values), self.coordinates.revolute
+        for i, outer in reversed([(i, outer) for i, outer in zip(revolute, revolute[1:]) if i >= first]):
+            sums[i] = self.put(sums[i] + sums[outer])
         return sums
 
     def _accelerations(self):
@@ -127,18 +129,14 @@ class Program:
         are one group."""
         of, n = self.formulas, self.n
         self.free = [i for i in range(n) if i not in of.driven]
-        turning = [i for i in self.free if i >= self.slides]
-        self.groups = [range(i, i + 1) for i in self.free if i < self.slides]
-        self.groups += [range(start, end) for start, end in zip(turning, turning[1:] + [n])]
-        self.turns = sp.zeros(n, 1)  # of each body against the base, from driven joints alone
-        sum_of_given = sp.Integer(0)
-        for i in range(n):
-            if i < self.slides:
-                self.turns[i] = of.qdd[i] if i in of.driven else 0
-                continue
-            if i in of.driven:
-                sum_of_given = self.put(sum_of_given + of.qdd[i])
-            self.turns[i] = sum_of_given
+        revolute = self.coordinates.revolute
+        turning = [i for i in self.free if i in revolute]
+        ends = dict(zip(turning, turning[1:] + [n]))
+        self.groups = [[j for j in revolute if i <= j < ends[i]] if i in revolute else [i] for i in self.free]
+        self.turns = sp.zeros(n, 1)  # ẍ from driven joints alone
+        for i, k in enumerate(self.coordinates.inner):
+            before = self.turns[k] if k != NONE else 0
+            self.turns[i] = self.put(before + of.qdd[i]) if i in of.driven else before
 
         size = len(self.groups)
         H = sp.zeros(size + self.conditions, size + self.conditions)
@@ -163,17 +161,23 @@ class Program:
 
     def _by_group(self, torques):
         """In the rows of groups: the torque of the first joint, less that of the next group's."""
-        own = [torques[i] for i in self.free] + [0]
-        return [a - b if i >= self.slides else a for i, a, b in zip(self.free, own, own[1:])]
+        rows = {i: torques[i] for i in self.free}
+        for i, k in self._inner_groups():
+            rows[k] -= torques[i]
+        return list(rows.values())
+
+    def _inner_groups(self):
+        """Pairs of free revolute joints, one after another."""
+        turning = [i for i in self.free if i in self.coordinates.revolute]
+        return [(i, k) for k, i in zip(turning, turning[1:])]
 
     def _relative(self, turning, given):
         """Of accelerations of groups: those of free joints; and `given` ones of driven joints, n numbers or 0."""
-        out, before = sp.zeros(self.n, 1), sp.Integer(0)
+        own, inner = dict(zip(self.free, turning)), dict(self._inner_groups())
+        out = sp.zeros(self.n, 1)
         for i in range(self.n):
-            if i in self.free:
-                own = turning[self.free.index(i)]
-                out[i] = self.put(own - before)
-                before = own if i >= self.slides else before
+            if i in own:
+                out[i] = self.put(own[i] - own[inner[i]]) if i in inner else own[i]
             elif given is not None:
                 out[i] = given[i]
         return out
@@ -181,7 +185,7 @@ class Program:
     def _drive_torques(self):
         """f of driven joints: M q̈ − J_cᵀ φ in these rows, so that the drive gives what it takes."""
         of, n = self.formulas, self.n
-        self.beta = [self.turns[i] for i in range(n)]  # θ̈ relative to the base
+        self.beta = list(self.turns)  # ẍ
         for value, group in zip(self.turning, self.groups):
             for i in group:
                 self.beta[i] = self.put(value + self.turns[i])
@@ -197,8 +201,8 @@ class Program:
         """M ∂q̈ − J_cᵀ ∂φ = ∂(f − M q̈ + J_cᵀ φ), J_c ∂q̈ = ∂(c − J_c q̈), at the same q̈ and φ."""
         of, n = self.formulas, self.n
         by_angle = self._outwards(self._slopes_at_rest())
-        by_rate = self._outwards(self._swapped([slope(load, omega) for load in [*of.compact.loads, *of.compact.tip_rest]
-                                                for omega in of.chain.xd]))
+        by_rate = self._outwards(self._swapped([slope(load, rate) for load in [*of.compact.loads, *of.compact.tip_rest]
+                                                for rate in of.chain.xd]))
         own = [[self.put(slope(of.tau[j], x[j]).xreplace(self.swap)) if j in self.free else 0 for j in range(n)]
                for x in (of.q, of.qd)]
         A, B = sp.zeros(2 * n, 2 * n), sp.zeros(2 * n, n)
@@ -212,27 +216,27 @@ class Program:
         self.outputs.update(A=A, B=B)
 
     def _slopes_at_rest(self):
-        """∂(f_θ − M_θ β + J_θᵀ φ)_i/∂θ_j at the same β, φ and rates, row by row, and then ∂(c − J_θ β)_i/∂θ_j."""
+        """∂(f_θ − M_θ β + J_θᵀ φ)_i/∂x_j at the same β, φ and rates, row by row, and then ∂(c − J_θ β)_i/∂x_j."""
         of, n, x = self.formulas, self.n, self.formulas.chain.x
-        slopes = self._swapped([slope(load, theta) for load in [*of.compact.loads, *of.compact.tip_rest] for theta in x])
-        of_tip = self._swapped([slope(of.compact.tip[j, i], x[i]) for j in range(self.conditions) for i in range(n)])
-        inertias = self._swapped([slope(of.compact.bodies[i, j], x[j]) for i in range(n) for j in range(n)])
-        for i in range(n):
-            for j in range(n):
-                if i != j and max(i, j) >= self.slides:  # an entry of M_θ depends on θ_j − θ_i alone
-                    change = inertias[i * n + j] if j >= self.slides else -inertias[j * n + i]
-                    if j >= self.slides:
-                        slopes[i * n + j] = self.put(slopes[i * n + j] - change * self.beta[j])
-                    if i >= self.slides:
-                        slopes[i * n + i] = self.put(slopes[i * n + i] + change * self.beta[j])
-            for j in range(self.conditions):  # row j of J_θ depends in column i on θ_i alone
-                change, condition = of_tip[j * n + i], (n + j) * n + i
-                slopes[i * n + i] = self.put(slopes[i * n + i] + change * self.phi[j])
-                slopes[condition] = self.put(slopes[condition] - change * self.beta[i])
+        slopes = self._swapped([slope(load, own) for load in [*of.compact.loads, *of.compact.tip_rest] for own in x])
+        of_tip = [(k, i, j) for k in range(self.conditions) for i in range(n) for j in range(n) if of.compact.tip[k, i].has(x[j])]
+        for (k, i, j), change in zip(of_tip, self._swapped([slope(of.compact.tip[k, i], x[j]) for k, i, j in of_tip])):
+            row, condition = i * n + j, (n + k) * n + j
+            slopes[row] = self.put(slopes[row] + change * self.phi[k])
+            slopes[condition] = self.put(slopes[condition] - change * self.beta[i])
+        # An entry of M_θ depends on the difference of two angles, and on displacements.
+        turner = self.coordinates.turner
+        changing = [(i, k, j) for i in range(n) for k in range(i, n) for j in range(n)
+                    if j != turner[i] and of.compact.bodies[i, k].has(x[j])]
+        for (i, k, j), change in zip(changing, self._swapped([slope(of.compact.bodies[i, k], x[j]) for i, k, j in changing])):
+            for row, other in [(i, k)] + [(k, i)] * (k > i):
+                slopes[row * n + j] = self.put(slopes[row * n + j] - change * self.beta[other])
+                if j in self.coordinates.revolute and turner[i] != NONE:
+                    slopes[row * n + turner[i]] = self.put(slopes[row * n + turner[i]] + change * self.beta[other])
         return slopes
 
     def _outwards(self, slopes):
-        """∂/∂q_j: of all bodies from j outwards."""
+        """∂/∂q_j: of all x_j from j outwards."""
         return sp.Matrix([self._sums(row) for row in sp.Matrix(self.n + self.conditions, self.n, slopes).tolist()])
 
 

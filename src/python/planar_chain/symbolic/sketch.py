@@ -14,14 +14,14 @@ THIN = {"color": "0.45", "linewidth": 0.6, "zorder": 0}
 
 
 def pose(chain):
-    """q of the sketch: bent joints and slides away from the origin. A chain whose tip is held stays as it begins, unless it is
-    stretched."""
-    slides = [link["joint"].get("type") == "prismatic" for link in chain["links"]]
-    bend = min(BEND, 2.0 / len(slides))
+    """Whether each joint is prismatic, and q of the sketch: bent and displaced joints. A chain whose tip is held stays as it begins,
+    unless it is stretched."""
+    prismatic = [link["joint"].get("type") == "prismatic" for link in chain["links"]]
+    bend, shift = min(BEND, 2.0 / len(prismatic)), 0.7 * size_of(chain) / len(prismatic)
     if "tip" in chain:
-        is_bent = any(abs(np.sin(chain["q"][1:])) > 0.2)
-        return slides, chain["q"] if is_bent else [bend, *[-1.3 * bend] * (len(slides) - 1)]
-    return slides, [0.7 * size_of(chain) / len(slides) if slide else bend for slide in slides]
+        is_bent = any(abs(np.sin(q)) > 0.2 for q, is_prismatic in list(zip(chain["q"], prismatic))[1:] if not is_prismatic)
+        return prismatic, chain["q"] if is_bent else [shift if k else bend * (1 if i == 0 else -1.3) for i, k in enumerate(prismatic)]
+    return prismatic, [shift if is_prismatic else bend for is_prismatic in prismatic]
 
 
 def size_of(chain):
@@ -66,15 +66,19 @@ class Sketch:
             self.axes.plot(at.real, at.imag, "+", markersize=6, color="black", markeredgewidth=0.8)
             self.text(at + self.unit * side, ", ".join(letters), "left")
 
-    def slide(self, at, link, i, q):
-        """Returns where the next link hangs."""
-        own, pin, com = at + q * complex(*link["joint"]["axis"]), complex(*link["pin"]), complex(*link["com"])
+    def shift(self, at, link, i, theta, q):
+        """A prismatic joint. Returns the outer pin."""
+        along = np.exp(1j * theta)
+        own, pin, com = (at + q * along * complex(*link["joint"]["axis"]), *(along * complex(*link[key]) for key in ("pin", "com")))
         self.line(at, own, **{**THIN, "linestyle": "--"})
         self.measure(at, own, f"$q_{{{i}}}$", -1)
         if link["mass"]:
-            self.axes.plot(own.real, own.imag, linestyle="", marker=[(-2, -1), (2, -1), (2, 1), (-2, 1), (-2, -1)], markersize=22,
+            corners = along * np.array([-2 - 1j, 2 - 1j, 2 + 1j, -2 + 1j, -2 - 1j])
+            self.axes.plot(own.real, own.imag, linestyle="", marker=np.column_stack([corners.real, corners.imag]), markersize=22,
                            markerfacecolor="none", color="0.45")
-            self.mass(own + com, {**link, "inertia": 0}, i, 2)
+            self.mass(own + com, link if theta else {**link, "inertia": 0}, i, 2)
+        if theta and com:
+            self.measure(own, own + com, f"$r_{{{i}}}$", 1)
         if pin:
             self.line(own, own + pin, **THIN)
             self.measure(own, own + pin, f"$p_{{{i}}}$", 1)
@@ -101,15 +105,15 @@ class Sketch:
 def draw(chain):
     """A figure. chain: as read() of chain.py returns it."""
     figure, axes = pyplot.subplots(figsize=(WIDTH, HEIGHT))
-    (slides, q), at, theta = pose(chain), 0j, 0.0
-    sketch = Sketch(axes, 0.05 * size_of(chain), len(slides) - sum(slides) > FEW)
-    for i, (link, slide) in enumerate(zip(chain["links"], slides), 1):
-        if slide:
-            at = sketch.slide(at, link, i, q[i - 1])
+    (prismatic, q), at, theta = pose(chain), 0j, 0.0
+    sketch = Sketch(axes, 0.05 * size_of(chain), len(prismatic) - sum(prismatic) > FEW)
+    for i, (link, is_prismatic) in enumerate(zip(chain["links"], prismatic), 1):
+        if is_prismatic:
+            at = sketch.shift(at, link, i, theta, q[i - 1])
         else:
-            is_last = i == len(slides) and "tip" not in chain
+            is_last = i == len(prismatic) and "tip" not in chain
             at, theta = sketch.turn(at, link, i, theta, theta + q[i - 1], is_last), theta + q[i - 1]
-    if not any(slides):
+    if not prismatic[0]:
         axes.plot(0, 0, "^", markersize=10, color="0.6", zorder=-1)
     if "tip" in chain:
         axes.plot(at.real, at.imag, "s", markersize=8, color="0.6", zorder=-1)

@@ -1,9 +1,11 @@
-/// Chains with prismatic links: carts, planes.
+/// Chains with prismatic joints: carts, planes, arms that slide out of each other.
 ///
-///     trajectories      against dense equations of Lagrange (reference/ends/make.py), by four methods
+///     trajectories      against dense equations of Lagrange (reference/ends/make.py), by five methods
 ///     cart and pole     ω² = (m_c + m) g/(m_c l), and the textbook's A and B
 ///     inclined rail     a chain at right angles to it keeps its angles, s̈ = −g sin β
 ///     everything else   q̈ and A agree with kane.h, and the energy balance closes
+
+#include "model/prismatic.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +16,6 @@
 
 #include "effects/effect_kind.h"
 #include "known_motion.h"
-#include "model/prismatic.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/scene_reader.h"
@@ -100,7 +101,7 @@ TEST_P(Trajectory, AgreesWithDenseEquations) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(By, Trajectory, testing::Values("auto", "dop853", "rodas5p", "radau13"));
+INSTANTIATE_TEST_SUITE_P(By, Trajectory, testing::Values("auto", "dop853", "taylor", "rodas5p", "radau13"));
 
 // ---- Known answers ---------------------------------------------------------------------------------
 
@@ -114,7 +115,7 @@ Scene cartPole(const std::string& more = "") {
 }
 
 /// The keys of every kind; a key of one's own, too.
-TEST(Slides, HaveUnitsOfTheirOwn) {
+TEST(PrismaticJoints, HaveUnitsOfTheirOwn) {
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
       const std::string words = inUnitsOfPrismatic(key.range.which);
@@ -235,7 +236,26 @@ TEST_P(FreeChains, KeepTheirMomenta) {
   EXPECT_NEAR(momentaOf(scene, simulation)[0] - before[0], 0.5, 1e-5);
 }
 
-INSTANTIATE_TEST_SUITE_P(By, FreeChains, testing::Values("auto", "dopri5", "dop853", "rodas5p", "radau13"));
+INSTANTIATE_TEST_SUITE_P(By, FreeChains,
+                         testing::Values("auto", "dopri5", "dop853", "taylor", "rodas5p", "radau13"));
+
+/// A base changes what the coordinates of a free chain are measured from, and nothing else. After a second
+/// this one is back at 0.
+TEST(FreeChain, MovesTheSameBesideABaseThatMoves) {
+  const auto scene = [](const std::string& initial, const std::string& base) {
+    return readSceneText(
+        "chain: [a, b]\nlinks:\n  a: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], joint: "
+        "{type: floating}, initial: {angle: -1" +
+        initial + "}}\n  b: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0]}\n" + base);
+  };
+  // The rates of the base at t = 0: 2π 0.1 m/s, 2π 0.5 0.3 rad/s.
+  Simulation free(scene(", linear_velocity: [0.62831853071795865, 0], velocity: 0.94247779607693797", ""));
+  Simulation beside(
+      scene("", "base: {x: {amplitude: 0.1, frequency: 1}, angle: {amplitude: 0.3, frequency: 0.5}}\n"));
+  ASSERT_TRUE(free.advanceTo(1) && beside.advanceTo(1));
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(beside.q()[i], free.q()[i], 1e-8) << i;
+  EXPECT_NEAR(beside.energy().kinetic, free.energy().kinetic, 1e-6);
+}
 
 TEST(FreeChain, SpinsWithTheFrequenciesOfAlgorithms) {
   // Stretched and spinning at Ω = 1. What the bends q_2 … q_n and all rates do is autonomous: their part of A
@@ -270,7 +290,8 @@ TEST(FreeChain, SpinsWithTheFrequenciesOfAlgorithms) {
   EXPECT_NEAR(omega[2], 3.006167, 1e-6);
 }
 
-// ---- Everything with slides ------------------------------------------------------------------------
+// ---- Everything with prismatic joints
+// ------------------------------------------------------------------------
 
 constexpr const char* shaken =
     "base: {x: {amplitude: 0.03, frequency: 1.7}, y: {times: [0, 0.7, 1.1], values: [0, 0.1, -0.05]}}\n";
@@ -278,8 +299,8 @@ constexpr const char* shaken =
 constexpr const char* turning =
     "base: {x: {amplitude: 0.03, frequency: 1.7}, angle: {amplitude: 0.4, frequency: 0.6, offset: 0.2}}\n";
 
-/// A plane with all that acts on its rails and behind them.
-Scene busy(const std::string& drive = "", const std::string& base = "") {
+/// A plane with all that acts along its axes and behind them.
+Scene onAPlane(const std::string& drive = "", const std::string& base = "") {
   return readSceneText(
       "chain: [x, y, pole, lower]\nlinks:\n  x: {mass: 2.0, com: [0.1, 0], pin: [0.0, 0.1], joint: {type: "
       "prismatic, axis: [1, 0.2], friction: 1.5, upper: 0.3, stop_stiffness: 400, stop_damping: 3}, initial: "
@@ -296,10 +317,34 @@ Scene busy(const std::string& drive = "", const std::string& base = "") {
       base);
 }
 
-class Everything : public testing::TestWithParam<std::pair<const char*, const char*>> {
+/// An arm from which a sleeve slides out, and a piston from the pole on it, with all that acts in them.
+Scene inside(const std::string& drive = "", const std::string& base = "") {
+  return readSceneText(
+      "chain: [arm, sleeve, pole, piston]\nlinks:\n  arm: {mass: 1.2, inertia: 0.05, com: [0.3, 0.02], pin: "
+      "[0.5, 0.1], joint: {rotor_inertia: 0.02, friction: 0.1}, initial: {angle: -0.9, velocity: 0.6}}\n  "
+      "sleeve: {mass: 0.8, inertia: 0.02, com: [0.1, -0.03], pin: [0.3, 0], joint: {type: prismatic, axis: "
+      "[1, 0.3], rotor_inertia: 0.4, " +
+      (drive.empty() ? "stiffness: 60, damping: 0.5, friction: 0.4, upper: 0.4, stop_stiffness: 900, "
+                       "stop_damping: 3}, initial: {position: 0.1, velocity: 0.5}}"
+                     : drive + "}}") +
+      "\n  pole: {mass: 0.5, inertia: 0.01, com: [0.2, 0.05], pin: [0.3, 0], joint: {rotor_inertia: 0.03, "
+      "friction: 0.05, drag: 0.2}, initial: {angle: -0.5, velocity: 0.4}}\n  piston: {mass: 0.3, inertia: "
+      "0.004, com: [0.1, -0.03], joint: {type: prismatic, axis: [0.2, -1], stiffness: 30, damping: 0.1}, "
+      "initial: {position: 0.1}}\nloads:\n  wind: {link: piston, force: [1, 0.5], point: [0.1, 0.2], "
+      "frequency: 0.8}\n  push: {link: sleeve, force: [3, -1], point: [0.2, 0], moment: 0.3, frequency: "
+      "0.3}\n  motor: {joint: piston_joint, torque: 2}\n  bend: {joint: pole_joint, torque: 0.3, frequency: "
+      "1.1}\n" +
+      base);
+}
+
+struct Variant {
+  Scene (*scene)(const std::string& drive, const std::string& base);
+  const char *drive, *base;
+};
+
+class Everything : public testing::TestWithParam<Variant> {
  protected:
-  /// Of a drive of y and the laws of the base.
-  static Scene scene() { return busy(GetParam().first, GetParam().second); }
+  static Scene scene() { return GetParam().scene(GetParam().drive, GetParam().base); }
 };
 
 TEST_P(Everything, HasTheAccelerationsOfKane) {
@@ -364,16 +409,20 @@ TEST_P(Everything, ClosesTheEnergyBalanceByEachMethod) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(With, Everything,
-                         testing::Values(std::pair{"", ""},
-                                         std::pair{"drive: {amplitude: 0.2, frequency: 0.7}", ""},
-                                         std::pair{"drive: hold", ""}, std::pair{"", shaken},
-                                         std::pair{"", turning},
-                                         std::pair{"drive: {amplitude: 0.2, frequency: 0.7}", turning},
-                                         std::pair{"drive: {amplitude: 0.2, frequency: 0.7}", shaken}));
+constexpr const char *moved = "drive: {amplitude: 0.2, frequency: 0.7}", *held = "drive: hold";
+
+INSTANTIATE_TEST_SUITE_P(OnAPlane, Everything,
+                         testing::Values(Variant{onAPlane, "", ""}, Variant{onAPlane, moved, ""},
+                                         Variant{onAPlane, held, ""}, Variant{onAPlane, "", shaken},
+                                         Variant{onAPlane, "", turning}, Variant{onAPlane, moved, turning},
+                                         Variant{onAPlane, moved, shaken}));
+INSTANTIATE_TEST_SUITE_P(Inside, Everything,
+                         testing::Values(Variant{inside, "", ""}, Variant{inside, moved, ""},
+                                         Variant{inside, held, turning}, Variant{inside, "", turning},
+                                         Variant{inside, moved, shaken}));
 
 /// On a base of acceleration a each body has the force −m a, against the base.
-TEST(Slides, OnAShakenBaseFeelInertialForces) {
+TEST(PrismaticJoints, OnAShakenBaseFeelInertialForces) {
   const double f = 1.3, w = 2 * pi * f;
   const Vec2d amplitude{0.02, -0.05};
   const std::string sine = ", frequency: 1.3}";
@@ -415,7 +464,7 @@ TEST(Slides, OnAShakenBaseFeelInertialForces) {
 
 /// Places, velocities and accelerations of all links are derivatives of each other, and what moves the links
 /// is the base's wrench.
-TEST(Slides, OnATurningBaseMoveAsTheirPlaces) {
+TEST(PrismaticJoints, OnATurningBaseMoveAsTheirPlaces) {
   for (const std::string& text : {turned, turnedPlane}) {
     Scene scene = readSceneText(text);
     scene.integrator.tolerance = 1e-13;
@@ -450,7 +499,7 @@ TEST(Slides, OnATurningBaseMoveAsTheirPlaces) {
 }
 
 /// A force on a carriage moves the chain as one at its centre of mass. Its rail takes the moment.
-TEST(Slides, PassTheMomentsOfForcesToTheBase) {
+TEST(PrismaticJoints, PassTheMomentsOfForcesToTheBase) {
   const Vec2d com{0.1, 0.1}, push{3, -2}, command{1, 4};
   for (const std::string& text : {plane, turnedPlane}) {
     double angle = 0;
@@ -473,7 +522,7 @@ TEST(Slides, PassTheMomentsOfForcesToTheBase) {
   }
 }
 
-TEST(Slides, FollowABaseThatBeginsToTurn) {
+TEST(PrismaticJoints, FollowABaseThatBeginsToTurn) {
   const std::string given = cart() + "integrator: {tolerance: 1e-11}\nbase: {angle: ";
   Simulation known(readSceneText(given + "{times: [0, 1], values: [0, 0.5]}}\n"));
   Simulation follows(readSceneText(given + "{offset: 0}}\n"));
@@ -483,7 +532,7 @@ TEST(Slides, FollowABaseThatBeginsToTurn) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(known.q()[i], follows.q()[i], 1e-8);
 }
 
-TEST(Slides, NeedInertiaInEveryPose) {
+TEST(PrismaticJoints, NeedInertiaInEveryPose) {
   const Link rod{"", 1, 0.1, {0.5, 0}, {1, 0}}, bob{"", 1, 0, {1, 0}, {1, 0}},
       beyond{"", 1, 0, {1, 0}, {2, 0}};
   const auto isSound = [](const std::vector<double>& masses, const std::vector<Link>& bodies) {
@@ -515,7 +564,7 @@ TEST(Slides, NeedInertiaInEveryPose) {
   EXPECT_TRUE(isSound({0, 1}, {bob}));
 }
 
-TEST(Slides, AStiffRailTakesFewSteps) {
+TEST(PrismaticJoints, AStiffRailTakesFewSteps) {
   // A Jacobian without the rail's spring and damper would make rodas5p follow them.
   Scene scene = readSceneText(cart("axis: [1, 0], stiffness: 4e8, damping: 2e5"));
   scene.qd[0] = 0;
@@ -530,7 +579,7 @@ TEST(Slides, AStiffRailTakesFewSteps) {
   }
 }
 
-TEST(Slides, PositionsOfPinsFollow) {
+TEST(PrismaticJoints, PositionsOfPinsFollow) {
   const Scene scene = readSceneText(plane);
   Simulation simulation(scene);
   std::vector<LinkMotion> motions(4);
@@ -558,7 +607,7 @@ TEST(Slides, PositionsOfPinsFollow) {
   EXPECT_NEAR(wrench.torque, -moment, 1e-12);
 }
 
-TEST(Slides, SettleWhereSpringsAndStopsHoldThem) {
+TEST(PrismaticJoints, SettleWhereSpringsAndStopsHoldThem) {
   Scene scene = readSceneText(tilted + "start: rest\n");
   const double weight = (2.0 + 0.5 + 0.3) * g, along = weight / std::sqrt(10);  // axis (3, −1)/√10
   EXPECT_NEAR(scene.q[0], 0.2 + along / 30, 1e-9);
@@ -574,7 +623,7 @@ TEST(Slides, SettleWhereSpringsAndStopsHoldThem) {
 
 /// Rounding of a heavy link's inertia in the acceleration of a light one: q̈ of the same machine, written from
 /// either end, and the note.
-TEST(Slides, NoteMassesBesideWhichDigitsAreLost) {
+TEST(PrismaticJoints, NoteMassesBesideWhichDigitsAreLost) {
   const auto two = [](const std::string& rest, double first, double second, double torque, double qa,
                       double qb) {
     std::ostringstream text;

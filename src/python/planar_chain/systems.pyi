@@ -1,0 +1,11 @@
+from typing import Optional, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._core import Scene
+
+_Array = NDArray[np.float64]
+
+def state_space(scene: Scene, inputs: Sequence[str], outputs: Sequence[str], q: Optional[ArrayLike] = ..., qd: Optional[ArrayLike] = ...,
+                t: float = ...) -> Tuple[_Array, _Array, _Array, _Array]: ...

@@ -1,0 +1,141 @@
+#!/usr/bin/python3
+"""Draws the frequency response of a scene near an equilibrium: magnitude (dB) and phase from each input to each output.
+
+Names are those of planar_chain.state_space(): inputs JOINT, LINK/force_x, base/x and more; outputs JOINT/position, LINK/x, tip/y, SENSOR/gyro
+and more. Exit status: 0 done; 1 it cannot be written; 2 bad arguments, or a scene with faults or without equilibrium."""
+
+from program import Parser, put, run, say  # isort: skip
+
+import argparse
+import csv
+import io
+import os
+import sys
+
+from files import notes_by, require_outputs, require_picture, save_picture, scene_file, writing
+from given import read_numbers
+try:
+    import numpy as np
+
+    from planar_chain import Scene, equilibrium, state_space
+except ImportError as missing:
+    sys.exit(f"bode: {missing}")
+
+POINTS, MOST_POINTS = 400, 100000
+AROUND, FAR = 10.0, 1e4  # times the lowest and highest pole that are drawn; the highest, of the lowest
+FREE = 1e-9              # of the largest pole: less counts as 0
+ROUNDING = 1e-12  # of the terms whose sum it is
+NEAR_POLES = 1 + np.concatenate([sign * np.logspace(-4, -1, 10) for sign in (1, -1)])
+
+
+def arguments():
+    parser = Parser(prog="bode", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
+    parser.add_argument("--input", nargs="+", required=True, metavar="INPUT", help="such as a joint, whose torque it is")
+    parser.add_argument("--output", nargs="+", required=True, metavar="OUTPUT", help="such as JOINT/position")
+    parser.add_argument("--q", metavar="A,B,…",
+                        help="angles, rad, m for prismatic joints (default: the equilibrium of `equations --equilibrium`)")
+    parser.add_argument("--from", dest="first", type=float, metavar="HZ", help="lowest frequency (default: a tenth of the lowest pole)")
+    parser.add_argument("--to", dest="last", type=float, metavar="HZ",
+                        help=f"highest frequency (default: ten times the highest pole, at most {FAR:g} times --from)")
+    parser.add_argument("--points", type=int, default=POINTS, metavar="N",
+                        help=f"frequencies, evenly on a logarithmic scale (default: {POINTS}); poles have more")
+    parser.add_argument("--plot", metavar="FILE", help="a .png, .svg or .pdf")
+    parser.add_argument("--csv", metavar="FILE", help="frequency (Hz), then magnitude (dB) and phase (degrees) of each pair; -: standard "
+                                                      "output (default without --plot)")
+    return parser.parse_args()
+
+
+def frequencies(A, given):
+    """In rising order, Hz; beside poles with little damping they are close."""
+    poles = np.linalg.eigvals(A)
+    size = abs(poles)[abs(poles) > FREE * abs(poles).max()] / (2 * np.pi)
+    size = size if len(size) else np.array([1.0])
+    first = size.min() / AROUND if given.first is None else given.first
+    last = min(size.max() * AROUND, first * FAR) if given.last is None else given.last
+    if not 0 < first < last < np.inf:
+        raise ValueError(f"--from, --to: expected frequencies > 0 Hz, the second larger, got {first:g} and {last:g}")
+    if not 2 <= given.points <= MOST_POINTS:
+        raise ValueError(f"--points: expected a number from 2 to {MOST_POINTS}, got {given.points}")
+    beside = np.outer(abs(poles[poles.imag > 0]) / (2 * np.pi), NEAR_POLES).ravel()
+    beside = beside[(beside > first) & (beside < last)][:MOST_POINTS]
+    return np.unique(np.concatenate([np.geomspace(first, last, given.points), beside]))
+
+
+def response(A, B, C, D, hertz):
+    """C (iω − A)⁻¹ B + D at each frequency: frequencies × outputs × inputs. 0 where it is rounding."""
+    one, H = np.eye(len(A)), np.empty((len(hertz), *D.shape), dtype=complex)
+    for k, f in enumerate(hertz):
+        x = np.linalg.solve(2j * np.pi * f * one - A, B)
+        H[k] = C @ x + D
+        H[k][abs(H[k]) <= ROUNDING * (abs(C) @ abs(x) + abs(D))] = 0
+    return H
+
+
+def curves(scene, given):
+    """Frequencies, and of each pair its name, magnitude (dB) and phase (degrees)."""
+    with notes_by(say):
+        q = read_numbers("--q", given.q, ValueError)
+        q = equilibrium(scene) if q is None else q
+        system = state_space(scene, given.input, given.output, q, np.zeros(len(scene)))
+    hertz = frequencies(system[0], given)
+    of = response(*system, hertz)
+    pairs = []
+    for i, output in enumerate(given.output):
+        for j, source in enumerate(given.input):
+            H = of[:, i, j]
+            if not H.all():
+                raise ValueError(f"--input {source}, --output {output}: expected an input that moves the output, got one that does not")
+            pairs.append((f"{output} from {source}", 20 * np.log10(abs(H)), np.degrees(np.unwrap(np.angle(H)))))
+    return hertz, pairs
+
+
+def table(hertz, pairs):
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(["frequency_Hz", *(f"{name} ({unit})" for name, *_ in pairs for unit in ("dB", "degrees"))])
+    for k, f in enumerate(hertz):
+        rows.writerow([f"{f:.17g}", *(f"{values[k]:.17g}" for _, *both in pairs for values in both)])
+    return text.getvalue()
+
+
+def draw(hertz, pairs, title):
+    import matplotlib  # pylint: disable=import-outside-toplevel
+    matplotlib.use("Agg")
+    from matplotlib import pyplot  # pylint: disable=import-outside-toplevel
+    figure, (upper, lower) = pyplot.subplots(2, sharex=True, figsize=(7.5, 6), constrained_layout=True)
+    figure.suptitle(title)
+    for name, magnitude, phase in pairs:
+        upper.semilogx(hertz, magnitude, label=name)
+        lower.semilogx(hertz, phase)
+    upper.set_ylabel("magnitude (dB)")
+    lower.set(xlabel="frequency (Hz)", ylabel="phase (°)")
+    lower.yaxis.set_major_locator(pyplot.MaxNLocator(steps=[1, 1.5, 3, 4.5, 9, 10]))
+    upper.legend(fontsize="small")
+    for axes in (upper, lower):
+        axes.grid(which="both", alpha=0.3)
+    return figure
+
+
+def main():
+    given = arguments()
+    target = "-" if given.plot is None and given.csv is None else given.csv
+    require_picture("--plot", given.plot)
+    require_outputs([("--plot", given.plot), ("--csv", None if target == "-" else target)], [scene_file(given.scene)])
+    with notes_by(say):
+        scene = Scene.from_file(given.scene)
+    hertz, pairs = curves(scene, given)
+    if given.plot:
+        save_picture(draw(hertz, pairs, f"frequency response of {os.path.basename(given.scene)}"), given.plot, dpi=130)
+    if target == "-":
+        put(table(hertz, pairs))
+    elif target:
+        with writing(target), open(target, "w", encoding="utf-8") as file:
+            file.write(table(hertz, pairs))
+    for path in filter(None, (given.plot, target if target != "-" else None)):
+        say(f"written to {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(run(main, (ValueError,)))
