@@ -31,7 +31,7 @@ EventSearch::EventSearch(const EventList& events, Eigen::Index size, Eigen::Inde
     groups_.push_back({functions, 0, 0, true});
     total += functions->most();
   }
-  for (Numbers* numbers : {&noise_, &values_, &sizes_}) numbers->setZero(total);
+  for (Numbers* numbers : {&noise_, &values_}) numbers->setZero(total);
   accelerations_.setZero(size);
   from_ = {0, Eigen::VectorXd::Zero(size), Numbers::Zero(total), Numbers::Zero(total)};
   to_ = middle_ = from_;

@@ -6,28 +6,30 @@
 /// quartic that g differs from it, 16 e s² (1 − s)², whose height is e at most. In the Bézier coefficients
 /// c_0 … c_4 of their sum e stands in the middle alone: c_2 ± 8 e/3. Less what g is above 0 at the start:
 ///
-///     c_4 ≤ 0 and the others ≤ noise       nothing happens
+///     c_4 ≤ 0 and the others ≤ noise              nothing happens
 ///     c_4 > 0, and they change their sign once    one event
-///     else                                 the interval is cut
+///     else                                        the interval is cut
 ///
 /// (A polynomial lies between its largest and least coefficient, and has no more zeros than they change their
 /// sign: G. Farin, Curves and Surfaces for CAGD, 2002, §5.2, §5.3.)
 ///
-/// Four looks, each at the functions that the one before leaves open:
+/// There are four looks, each at what the one before leaves open. The first two close EventFunctions as a
+/// whole:
 ///
-///     1. at the ends of the step, with accelerations by the cubic through places and rates there. Most steps
-///        end here.
-///     2. by halves, with the accelerations of the dense output. Functions that stay as far below 0 as the
-///        coefficients of both cubics are apart are closed.
-///     3. of the whole, with e the difference to the value in the middle, and what the error of the dense
+///     1. at the ends of the step, with accelerations by the cubic through places and rates there. Those are
+///        closed that stay below 0 if they go four times as far beyond their ends as values and slopes tell.
+///        Most steps end here.
+///     2. by halves, with the accelerations of the dense output. Those are closed that are as far below 0 as
+///        the coefficients of both cubics are apart.
+///     3. of the whole. e is the difference to the value in the middle, and what the error of the dense
 ///        output changes there.
 ///     4. at cuts, behind an event or where the cubic is highest, with real values: by the dense output if it
-///     is
-///        exact there, else by a step of the method. e is what these differ from the cubic of the interval
-///        that is cut. It falls with the fourth power of the length, and is not reduced.
+///        is exact there, else by a step of the method. e is what these differ from the cubic of the interval
+///        that is cut. In its parts it is sixteen times smaller, or more, and counts as it is.
 ///
-/// A function without slopes has those of the parabola through both ends and the middle. Until a cut
-/// shows its e, c_2 is uncertain by the height of the parabola over its chord.
+/// A function without slopes has those of the parabola through both ends and the middle. It is closed if it
+/// stays as far below 0 as these three values are apart. Until a cut shows its e, c_2 is uncertain by the
+/// height of the parabola over its chord.
 
 #include <array>
 #include <vector>
@@ -119,12 +121,14 @@ class EventSearch {
   Sample from_, to_, middle_;
   bool isKnown_ = false;                    ///< values of from_
   const StatesWithin* middleBy_ = nullptr;  ///< what middle_ is by; nullptr: it is unknown
-  Numbers noise_, values_, sizes_;
+  Numbers noise_, values_;
   Eigen::VectorXd accelerations_;
   struct Cut {
     Sample sample;
     Numbers e;  ///< of both parts
   };
+  // An interval of 1/2^deepest of a step moves nothing. The others bound the cost of a step: few need more
+  // than three cuts.
   static constexpr std::size_t mostCuts = 24, deepest = 12, mostSteps = 8;
   std::array<Cut, deepest + 1> cuts_;         ///< the first one: e of the whole
   std::size_t cutsMade_ = 0, stepsMade_ = 0;  ///< in this search
