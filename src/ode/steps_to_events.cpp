@@ -111,7 +111,7 @@ class StepsToEvents final : public StepsOf, private StepStates {
     f_.restore(trial_.y.data(), y.data());
     const Eigen::Index n = f_.places();
     f_.slope(t, trial_.y.data(), rates_.data());
-    rates_.head(n) = rates_.segment(n, n).eval();
+    rates_.head(n) = rates_.segment(n, n);  // they do not overlap
     f_.restore(rates_.data(), accelerations.data());
     return true;
   }
