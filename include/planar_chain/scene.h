@@ -104,7 +104,6 @@ struct Scene {
   std::vector<Drive> drives{};                  ///< at most one per joint
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: at rest
   Appearance appearance{};
-  NamedNumbers others{};      ///< values of effects, with their keys in the scene
   std::vector<Note> notes{};  ///< for the user; the simulation does not use them
   std::vector<Sensor> sensors{};
   long long seed = 0;                         ///< of the sensors' noise

@@ -265,12 +265,8 @@ Powers Dynamics::timeDerivativeOfLoads(double* slopes) {
 // ---- What others read ------------------------------------------------------------------------------
 
 Energy Dynamics::energy(double t, const double* y) const {
-  BaseState base;
-  if (const BaseLaws* laws = effects_.base()) {
-    const GivenMotion x = laws->x.at(t), yBase = laws->y.at(t), angle = laws->angle.at(t);
-    base = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
-  }
-  return energyOf(mechanism_.chain(), stores_, y, y + n_, base);
+  const BaseLaws* laws = effects_.base();
+  return energyOf(mechanism_.chain(), stores_, y, y + n_, laws ? stateOf(*laws, t) : BaseState{});
 }
 
 void Dynamics::accelerations(double t, const double* y, double* alpha) {

@@ -140,6 +140,8 @@ class Forces {
   /// Adds K and D of each body: the change of its forces with its motion (recursion/force_tangent.h). Only if
   /// dependOnMotion().
   virtual void addForceTangents(const ChainState& /*at*/, ForceTangent* /*to*/) {}
+  /// Called once. The laws of the base, which outlive the effect; nullptr: it stands still.
+  virtual void takeBase(const BaseLaws* /*laws*/) {}
 };
 
 /// An effect that takes states in lane order, so that long chains need not reorder them

@@ -22,6 +22,9 @@ Effects::Effects(const Scene& scene, std::unique_ptr<Effect> more, bool (EffectK
     events->addEvents(events_);
     haveUncoupledEvents_ = haveUncoupledEvents_ || !coupler;
   }
+  for (const auto& effect : all_) {
+    if (effect->forces()) effect->forces()->takeBase(base());
+  }
   for (auto* effects : {&active_, &activeInOrder_}) effects->reserve(all_.size());
   activeInLanes_.reserve(all_.size());
   activeForces_.reserve(all_.size());

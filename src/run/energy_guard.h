@@ -11,7 +11,7 @@
 ///     2 √(T T_ε) + T_ε + 2 √(V_e V_ε) + V_ε + ε Σ m |g| ρ + ε W_1
 ///
 ///     T_ε         kinetic energy of that rate error, at worst
-///     V_e, V_ε    elastic energy; 2 ε² Σ k
+///     V_e, V_ε    elastic energy; 2 ε² Σ k, with k ρ² of a spring to the ground
 ///     ρ_j         |r_j| + Σ_{k<j} |p_k|, the largest distance of body j from the ground
 ///     ε           10 tolerances, and rounding
 ///     W_1         1 J or Σ (m ρ² + I)/s², whichever is more: the error control lets works err by so much of
@@ -55,6 +55,8 @@ class EnergyCheck {
       inertia_ += inertiaIn(scene.chain.joints()[index(j)]);
       const double unit = coordinates.isPrismatic(j) ? slid : 1;
       stiffness_ += unit * unit * stiffnessOf(scene.chain.joints()[index(j)]);
+      const double farthest = pin + std::max(length(link.com), length(link.pin));
+      stiffness_ += farthest * farthest * stiffnessOf(link);
       pin += length(link.pin);
     }
   }

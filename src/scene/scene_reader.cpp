@@ -301,10 +301,7 @@ static void throwAny(std::vector<Fault>& faults, const Value& value) {
 
 Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::vector<Fault> faults;
-  std::vector<const char*> keys = sceneKeys();
-  const std::vector<NumberKey> own = numberKeys(&EffectKind::sceneKeys);
-  for (const NumberKey& key : own) keys.push_back(key.name);
-  const Section top(&value, "", keys, faults, numbers, hintsAtTop());
+  const Section top(&value, "", sceneKeys(), faults, numbers, hintsAtTop());
 
   // The chain.
   std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);
@@ -312,12 +309,12 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::optional<Chain> chain;
   Vec2d unused;
   top.take("gravity", "m/s²", expanded ? expanded->gravity : unused);
+  std::vector<Load> loads;
+  std::vector<Link> none;
+  for (const EffectKind* kind : effectKinds())
+    kind->takeScene(top, names, expanded ? expanded->links : none, loads);
   if (expanded && expanded->isOrdered) chain = makeChain(*expanded, faults);
   // All other keys.
-  std::vector<Load> loads;
-  for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
-  NamedNumbers others;
-  takeNumbers(top, own, others);
   const IntegratorSettings integrator = readIntegrator(top.section(
       "integrator", {"method", "tolerance", "rate_tolerance", "loosest_tolerance", "step", "plain_kernel"}));
   PublishSettings publish = readPublish(publishOf(top), names);
@@ -344,7 +341,6 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(expanded->drives),
               std::move(base),
               std::move(expanded->appearance),
-              std::move(others),
               std::move(expanded->notes),
               std::move(sensors),
               seed,

@@ -92,8 +92,7 @@ void requireSeries(const Scene& scene, const Section& top) {
     const std::unique_ptr<Effect> effect = kind->make(scene);
     if (!effect) continue;
     const bool holdsTip = effect->coupler() && effect->coupler()->holdsTip();
-    const bool couples =
-        effect->coupler() ? isMixed || !holdsTip : effect->forces() && effect->forces()->dependOnMotion();
+    const bool couples = effect->coupler() && (isMixed || !holdsTip);
     if (effect->hasSeries() && !(couples && scene.tip)) continue;
     SceneWords words;
     kind->summarize(scene, words);

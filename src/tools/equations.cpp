@@ -10,6 +10,7 @@
 #include "dynamics/equilibrium.h"
 #include "dynamics/given_state.h"
 #include "dynamics/letters.h"
+#include "effects/air_drag.h"
 #include "effects/effect_kind.h"
 #include "effects/motors.h"
 #include "tools/common.h"
@@ -137,17 +138,27 @@ Json jsonOf(const Load& load, const Chain& chain) {
   return all;
 }
 
+Json jsonOf(const GroundSpring& spring, const Link& link) {
+  return {{"link", link.name},
+          {"point", {spring.point.x, spring.point.y}},
+          {"ground", {spring.ground.x, spring.ground.y}},
+          {"stiffness", spring.stiffness},
+          {"damping", spring.damping},
+          {"rest_length", spring.restLength},
+          {"slack", spring.goesSlack}};
+}
+
 Json jsonOf(const TipLaws& tip) {
   if (!tip.line) return {{"pin", {{"x", jsonOf(tip.x)}, {"y", jsonOf(tip.y)}}}};
   return {{"line",
            {{"point", {tip.x.at(0).value, tip.y.at(0).value}}, {"direction", {tip.line->x, tip.line->y}}}}};
 }
 
-/// Prints the chain, its drives, base, tip and loads as an object with the keys of a scene. What is absent is
-/// null, or left out.
+/// Prints the chain, its drives, base, tip, springs and loads as an object with the keys of a scene. What is
+/// absent is null, or left out.
 void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
   const Chain& chain = scene.chain;
-  Json links = Json::array();
+  Json links = Json::array(), springs = Json::object();
   for (std::size_t i = 0; i < chain.links().size(); ++i) {
     const Link& link = chain.links()[i];
     const Joint& joint = chain.joints()[i];
@@ -168,6 +179,9 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
                      {"com", {link.com.x, link.com.y}},
                      {"pin", {link.pin.x, link.pin.y}},
                      {"joint", ofJoint}});
+    const auto [drag, at] = airDragOf(link);
+    if (drag > 0) links.back()["drag"] = {{"coefficient", drag}, {"point", {at.x, at.y}}};
+    for (const GroundSpring& spring : link.springs) springs[spring.name] = jsonOf(spring, link);
   }
   for (const Drive& drive : scene.drives) links[index(drive.joint)]["joint"]["drive"] = jsonOf(drive.law);
   Json loads = Json::object();
@@ -177,6 +191,7 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
            {"qd", jsonOf(qd)},
            {"links", links}};
   if (!loads.empty()) all["loads"] = loads;
+  if (!springs.empty()) all["springs"] = springs;
   if (const auto& base = scene.base) {
     all["base"] = {{"x", jsonOf(base->x)}, {"y", jsonOf(base->y)}, {"angle", jsonOf(base->angle)}};
   }

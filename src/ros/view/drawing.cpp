@@ -340,9 +340,9 @@ std::vector<std::string> notInUrdf(const Scene& scene) {
   }
   for (const char* limit : {"lower", "upper", "effort_limit", "velocity_limit"}) keys.erase(limit);
   for (const Link& link : scene.chain.links()) {
-    for (const auto& other : link.others) keys.insert(other.first);
+    for (const auto& other : link.others) keys.insert(other.first.substr(0, other.first.find('/')));
+    add(!link.springs.empty(), "springs");
   }
-  for (const auto& other : scene.others) keys.insert(other.first);
   for (int i = 0; i < scene.chain.size(); ++i) {
     add(scene.q[index(i)] != 0,
         scene.chain.coordinates().isPrismatic(i) ? "initial/position" : "initial/angle");
