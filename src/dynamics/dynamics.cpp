@@ -63,9 +63,21 @@ void Dynamics::enter(double t) {
   switched();
 }
 
+bool Dynamics::enter(double t, double* y) {
+  enter(t);
+  reconsider(t, y);
+  return hold(t, y);
+}
+
+bool Dynamics::begin(double t, double* y) {
+  enter(t);
+  enterState(t, y);
+  return hold(t, y);
+}
+
 void Dynamics::reconsider(double t, double* y) {
   if (general_) general_->forget();
-  if (effects_.haveSwitches()) change(t, y);
+  if (!effects_.events().empty()) fire(t, y);
 }
 
 void Dynamics::enterState(double t, const double* y) {
@@ -74,9 +86,9 @@ void Dynamics::enterState(double t, const double* y) {
   switched();
 }
 
-void Dynamics::change(double t, double* y, const ode::Crossing& found) {
+void Dynamics::fire(double t, double* y, const ode::LocatedEvent& located) {
   if (general_) general_->prepareChange();
-  effects_.change(t, y, found);
+  effects_.fire(t, y, located);
   switched();
 }
 

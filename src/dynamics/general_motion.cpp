@@ -42,7 +42,7 @@ void GeneralMotion::forget(bool holds) {
 }
 
 void GeneralMotion::prepareChange() {
-  if (effects_.haveUncoupledSwitches()) forget();  // couplers do so themselves, if they change
+  if (effects_.haveUncoupledEvents()) forget();  // couplers do so themselves, if they change
 }
 
 // ---- Results -------------------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ class GeneralMotion final : private Mechanics {
 
   /// After Effects::enter(), and before Effects::enterState().
   void forget() { forget(true); }
-  /// Before Effects::change().
+  /// Before Effects::fire().
   void prepareChange();
 
   // ---- Results; valid until the next call -------------------------------------------------------------

@@ -5,9 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "effects/first_due.h"
 #include "effects/loads.h"
-#include "effects/passing.h"
 #include "effects/point_forces.h"
 
 namespace planar_chain {
@@ -37,14 +35,7 @@ State stateOn(const GroundSpring& spring, const Line& line) {
   return line.pull(spring) > 0 ? State::pulls : State::relaxes;
 }
 
-/// The event that ends a state of a slack spring: due when it is > 0, m. S must be wrong by more than
-/// rounding, as k x and d L̇ may cancel.
-double eventOf(State state, double stretch, double pull, double noise) {
-  if (state == State::slack) return stretch;
-  return state == State::pulls ? -pull - noise : std::max(-stretch, pull - noise);
-}
-
-class GroundSprings : public PointForces, public Switching {
+class GroundSprings : public PointForces, public Events, private ode::EventFunctions {
  public:
   explicit GroundSprings(const Chain& chain) : PointForces(chain), n_(chain.size()) {
     int last = 0;
@@ -81,60 +72,36 @@ class GroundSprings : public PointForces, public Switching {
     return {-line.pull(spring) * line.u, d * line.rate * line.rate};
   }
 
-  // Slack springs are switches.
-  Switching* switching() override { return slack_.empty() ? nullptr : this; }
+  // Slack springs have events.
+  void addEvents(ode::EventList& to) const override { to.push_back(this); }
+  Events* events() override { return slack_.empty() ? nullptr : this; }
   void takeBase(const BaseLaws* laws) override { base_ = laws; }
   void enterState(double t, const double* y) override {
     find(t, y);
     for (const std::size_t i : slack_) states_[i] = stateOn(springs_[i], lineOf(i));
   }
-  void change(double t, double* y, const ode::Crossing& /*found*/) override {
+  void fire(double t, double* y, const ode::LocatedEvent& /*located*/) override {
     find(t, y);
     for (const std::size_t i : slack_) {
-      if (dueOf(i) > 0) states_[i] = stateOn(springs_[i], lineOf(i));
+      double g[2];
+      findEvents(i, g);
+      if (g[0] > 0 || g[1] > 0) states_[i] = stateOn(springs_[i], lineOf(i));
     }
-  }
-  double due(double t, const Eigen::VectorXd& y) const override {
-    find(t, y.data());
-    double most = -std::numeric_limits<double>::infinity();
-    for (const std::size_t i : slack_) most = std::max(most, dueOf(i));
-    return most;
-  }
-  /// By the cubics through L and L̇ at both ends.
-  double nearest(const ode::Stretch& of) const override {
-    double first = 1;
-    for (const std::size_t i : slack_) {
-      find(of.t, of.y.data());
-      const Line from = lineOf(i);
-      find(of.t + of.h, of.next.data());
-      const Line to = lineOf(i);
-      std::array<double, 4> x = cubic(from.stretch, of.h * from.rate, to.stretch, of.h * to.rate);
-      const double lag = springs_[i].damping / springs_[i].stiffness / of.h;
-      const std::array<double, 4> S{x[0] + lag * x[1], x[1] + 2 * lag * x[2], x[2] + 3 * lag * x[3], x[3]};
-      const auto look = [&](double sign, std::array<double, 4> g) {
-        for (double& c : g) c *= sign;
-        first = std::min(first, passing(g, noise(i) * (1 + 5 * lag)));
-      };
-      if (states_[i] == State::slack) look(1, x);
-      if (states_[i] == State::pulls) look(-1, S);
-      if (states_[i] == State::relaxes) look(-1, x), look(1, S);
-    }
-    return first < 1 ? first * of.h : -1;
-  }
-  bool mayHide(const ode::Stretch& /*of*/, bool isLong) const override { return isLong; }
-  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    std::optional<ode::Crossing> first = firstDueOf(
-        slack_, of,
-        [&](std::size_t i, const double* y) {
-          find(of.t + of.h, y);
-          return dueOf(i);
-        },
-        [this](std::size_t i) { return 2 * noise(i); });
-    if (first) first->changesStiffness = true;
-    return first;
   }
 
  private:
+  // Two event functions of each.
+  int most() const override { return 2 * static_cast<int>(slack_.size()); }
+  void values(double t, const double* y, double* g) const override {
+    find(t, y);
+    for (std::size_t k = 0; k < slack_.size(); ++k) findEvents(slack_[k], g + 2 * k);
+  }
+  void noise(double t, const double* y, double* of) const override {
+    find(t, y);
+    for (const std::size_t i : slack_) of = std::fill_n(of, 2, 2 * noise(i));
+  }
+  bool changeStiffness() const override { return true; }
+
   PointTangent tangent(std::size_t i, const PointAt<double>& at) const override {
     const GroundSpring& spring = springs_[i];
     const Line line(spring, at);
@@ -152,14 +119,19 @@ class GroundSprings : public PointForces, public Switching {
             2 * d * rate * u};
   }
 
-  /// Takes a state for lineOf() and dueOf().
+  /// Takes a state for lineOf() and findEvents().
   void find(double t, const double* y) const {
     bodies_->find(base_ ? planar_chain::stateOf(*base_, t) : BaseState{}, y, y + n_);
   }
   Line lineOf(std::size_t i) const { return {springs_[i], bodies_->of(points()[i].body, points()[i].point)}; }
-  double dueOf(std::size_t i) const {
+  /// Of the stretch and of S/k, m: above 0 if the state ends. Both must be wrong by more than rounding, as k
+  /// x and d L̇ may cancel.
+  void findEvents(std::size_t i, double* g) const {
     const Line line = lineOf(i);
-    return eventOf(states_[i], line.stretch, line.pull(springs_[i]) / springs_[i].stiffness, noise(i));
+    const State state = states_[i];
+    const double push = line.pull(springs_[i]) / springs_[i].stiffness, least = noise(i);
+    g[0] = state == State::pulls ? ode::never : (state == State::slack ? 1 : -1) * line.stretch - least;
+    g[1] = state == State::slack ? ode::never : (state == State::relaxes ? 1 : -1) * push - least;
   }
   /// Bounds the rounding of L and S/k, m.
   double noise(std::size_t i) const {

@@ -111,9 +111,7 @@ struct Simulation::Parts {
     climbTo(0);
     rescueLength = 1;
 
-    dynamics.enter(state.t);
-    dynamics.enterState(state.t, y.data());
-    settle();
+    if (dynamics.begin(state.t, y.data())) takeChain();
     actsOtherwise = false;
     integrator().begin();
   }
@@ -131,9 +129,7 @@ struct Simulation::Parts {
 
   /// Call after the acting forces change.
   void actAnew() {
-    dynamics.enter(state.t);
-    dynamics.reconsider(state.t, y.data());
-    settle();
+    if (dynamics.enter(state.t, y.data())) takeChain();
     integrator().restart();
     actsOtherwise = false;
   }
@@ -205,9 +201,9 @@ struct Simulation::Parts {
     }
 
     if (hasSwitched) {
-      dynamics.change(state.t, y.data(), integrator().crossing());
+      dynamics.fire(state.t, y.data(), integrator().event());
       takeChain();
-      integrator().passSwitch();
+      integrator().passEvent();
       switchedSince = true;
     }
     if (state.t >= dynamics.effects().until()) {

@@ -19,10 +19,10 @@ namespace planar_chain::ode {
 class Integrator;
 
 /// Only the constructor allocates. f is evaluated when a result first needs it.
-class Course {
+class DenseOutput {
  public:
   /// f must outlive this object.
-  explicit Course(SeriesSystem& f);
+  explicit DenseOutput(SeriesSystem& f);
   /// True if f has places. Otherwise nothing else may be called.
   bool isPossible() const { return n_ > 0; }
 
