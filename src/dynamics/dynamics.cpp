@@ -80,6 +80,13 @@ void Dynamics::change(double t, double* y, const ode::Crossing& found) {
   switched();
 }
 
+void Dynamics::saveOrRestore(Snapshot& snapshot) {
+  effects_.saveOrRestore(snapshot);
+  if (general_) general_->saveOrRestore(snapshot);
+  snapshot(evaluations_, seriesOrders_);
+  if (snapshot.isReading()) switched();
+}
+
 void Dynamics::switched() {
   isBare_ = !general_ && !effects_.act() && works_ == 0;
   if (tangents_) takeStiffness();

@@ -58,6 +58,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// See Effect. Call enter() after recall().
   void remember() { effects_.remember(); }
   void recall() { effects_.recall(); }
+  /// Saves or restores what the effects and the counts are (simd/snapshot.h).
+  void saveOrRestore(Snapshot& snapshot);
   /// Sets every switch for a state in chain order.
   void enterState(double t, const double* y);
   /// Makes the switches that are due at a state in chain order. Joints that come to rest are held.

@@ -77,6 +77,10 @@ class Drags : public Effect, public Switching {
     }
   }
 
+  void saveOrRestore(Snapshot& snapshot) override {
+    for (Drag& drag : drags_) snapshot(drag.sign);
+  }
+
   // The sign of q̇ is a switch.
   Switching* switching() override { return this; }
   void enterState(double /*t*/, const double* y) override {

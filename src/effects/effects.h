@@ -40,6 +40,7 @@ class Effects : public ode::Switches {
   void change(double t, double* y, const ode::Crossing& found = {});
   void remember();
   void recall();
+  void saveOrRestore(Snapshot& snapshot);
 
   bool act() const { return acting_ != LoadKind::nothing; }
   LoadKind acting() const { return acting_; }

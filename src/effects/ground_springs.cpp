@@ -81,6 +81,8 @@ class GroundSprings : public PointForces, public Switching {
     return {-line.pull(spring) * line.u, d * line.rate * line.rate};
   }
 
+  void saveOrRestore(Snapshot& snapshot) override { snapshot(states_); }
+
   // Slack springs are switches.
   Switching* switching() override { return slack_.empty() ? nullptr : this; }
   void takeBase(const BaseLaws* laws) override { base_ = laws; }

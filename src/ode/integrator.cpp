@@ -47,45 +47,6 @@ Outcome Integrator::integrate(State& state, double end, double longestStep, int 
 
 namespace {
 
-// ---- Equal steps -----------------------------------------------------------------------------
-
-class FixedSteps : public Integrator {
- public:
-  FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
-
-  Outcome advance(State& state, double end, double /*longestStep*/) override {
-    // The rest is a whole number of steps, if it is one up to the rounding of a quotient of some 1e9.
-    constexpr double rounding = 1e-6;
-    const double left = end - state.t;
-    const double steps = std::max(1.0, std::ceil(left / h_ - rounding));
-    const double next = steps > 1 ? state.t + left / steps : end;
-    if (next <= state.t) return Outcome::stepTooSmall;
-    stepper_->step(state.t, next - state.t, state.y);
-    if (!stepper_->take(state, next)) return Outcome::notFinite;
-    stepper_->accept();
-    ++count_.accepted;
-    return steps > 1 ? Outcome::underway : Outcome::arrived;
-  }
-
-  bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
-  bool lookTo(State& state, double t) override { return stepper_->lookAgain(state, t); }
-  /// Nothing is known of the method's error, which this hardly changes.
-  double errorNorm(const Vector& y, double /*h*/, const Vector& error) const override {
-    constexpr double unseen = 1e-12;  // beside the error of equal steps
-    return (error.cwiseAbs().array() / (unseen * (1 + y.cwiseAbs().array()))).maxCoeff();
-  }
-
-  const char* name() const override { return stepper_->facts().name; }
-  void restartAfter(Change) override { stepper_->forget(); }
-  void forgetSlope() override { stepper_->forgetSlope(); }
-  StepCount count() const override { return count_; }
-
- private:
-  std::unique_ptr<Stepper> stepper_;
-  double h_;
-  StepCount count_;
-};
-
 // ---- Steps that end behind switches ----------------------------------------------------------
 
 class LandingOnSwitches : public StepsOf {
@@ -122,6 +83,13 @@ class LandingOnSwitches : public StepsOf {
     return count;
   }
   const Crossing& crossing() const override { return crossing_; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    StepsOf::saveOrRestore(snapshot);
+    bool wasFound = crossing_.by != nullptr;
+    snapshot(course_, landing_, usual_, switchedAt_, wasFound, crossing_.changesStiffness, hasChanged_,
+             stoodAt_, switchesThere_);
+    crossing_.by = wasFound ? &switches_ : nullptr;  // change() has had it
+  }
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
@@ -383,10 +351,6 @@ class LandingOnSwitches : public StepsOf {
 };
 
 }  // namespace
-
-std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h) {
-  return std::make_unique<FixedSteps>(std::move(stepper), h);
-}
 
 std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
                                               SeriesSystem& f) {
