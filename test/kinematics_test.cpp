@@ -198,7 +198,9 @@ TEST(InverseKinematics, GetsToEveryPlaceThatAStateHas) {
       ASSERT_TRUE(reached.isReached) << k << ": " << reached.distance << " m, " << reached.turn << " rad";
       const FrameMotion found = motionOf(scene, gripper, 0, reached.q, still, still);
       EXPECT_LT(length(found.position - there.position), 4e-12);
-      if (hasAngle) EXPECT_NEAR(found.angle, there.angle, 1e-11);
+      if (hasAngle) {
+        EXPECT_NEAR(found.angle, there.angle, 1e-11);
+      }
       for (Eigen::Index i = 0; i < 3; ++i) {
         const Joint& joint = scene.chain.joints()[static_cast<std::size_t>(i)];
         EXPECT_GE(reached.q[i], joint.lower);
