@@ -81,10 +81,10 @@ class Strobe(PlotTool):
         np.testing.assert_allclose(robot.com, scene.com, atol=1e-15)
         with open(urdf, encoding="utf-8") as file:
             text = file.read()
-        hand = '<parent link="hand"/><child link="tool"/><origin xyz="0.25 0 0"/>'
+        hand = '<parent link="hand"/><child link="tool"/><origin xyz="0.5 0 0"/>'
         with open(urdf, "w", encoding="utf-8") as file:
             file.write(text.replace("</robot>", f'<link name="tool"/><joint name="hold" type="fixed">{hand}</joint></robot>'))
-        for links, pin, label in ((robot, 0, "path of the last joint"), (plot_strobe.Links(urdf), 0.25, "path of the tip")):
+        for links, pin, label in ((robot, scene.pin[-1], "path of the tip"), (plot_strobe.Links(urdf), 0.5, "path of the tip")):
             figure = plot_strobe.draw_strobe(plot.read_csv(table), links, [0.0, 0.1], 0.0, "")
             self.assertEqual((links.pin[-1], figure.legends[0].get_texts()[0].get_text()), (pin, label))
 

@@ -38,7 +38,7 @@ class Carts(Watching):
             self.assertEqual(self.states.messages[-1].name, ['cart_joint', 'pole_joint'])
 
             # Linearized at the top: the textbook's A and B of a cart-pole.
-            linear = service('linearize', Linearize)([0, math.pi / 2], [0, 0])
+            linear = service('linearize', Linearize)(q=[0, math.pi / 2], qd=[0, 0])
             a = numpy.array(linear.A.data).reshape(4, 4)
             b = numpy.array(linear.B.data).reshape(4, 2)
             total, inertia = M + m, J + m * c * c

@@ -72,13 +72,14 @@ def urdf_tree(urdf, joints):
     """The same from robot_description and the joints' angles."""
     tree = {}
     for joint in ElementTree.fromstring(urdf).findall('joint'):
+        origin = numpy.array(joint.find('origin').get('xyz').split(), float)
         if joint.get('type') == 'fixed':
-            assert joint.find('origin').get('xyz') == '0 0 0'
-            tree[joint.find('child').get('link')] = (
-                joint.find('parent').get('link'), about_x(joint.find('origin').get('rpy')))
+            pose = about_x(joint.find('origin').get('rpy'))
+            pose[:3, 3] = origin
+            tree[joint.find('child').get('link')] = (joint.find('parent').get('link'), pose)
             continue
         assert joint.find('origin').get('rpy') == '0 0 0'
-        origin, axis = (numpy.array(joint.find(of).get('xyz').split(), float) for of in ('origin', 'axis'))
+        axis = numpy.array(joint.find('axis').get('xyz').split(), float)
         q = joints[joint.get('name')]
         if joint.get('type') == 'prismatic':
             pose = about_z(0, origin + q * axis)
@@ -149,7 +150,7 @@ class Frames(unittest.TestCase):
             transforms, state, links = self.transforms_of('alone/')
         self.assertEqual(len(state.name), 5)
         tree = tree_of(transforms)
-        self.assertEqual(list(tree), ['alone/base_link', 'alone/upper', 'alone/lower_2', 'alone/lower_4'])
+        self.assertEqual(set(tree), {'alone/base_link', 'alone/upper', 'alone/lower_2', 'alone/lower_4', 'alone/tip'})
         for frame, com in (('upper', [0.5, 0.2]), ('lower_2', [0.3, 0.0]), ('lower_4', [0.3, 0.0])):
             pose = links.pose[links.name.index(frame)]
             in_base = pose_in('alone/base_link', 'alone/' + frame, tree)

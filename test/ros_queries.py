@@ -62,7 +62,8 @@ def tool(scene, *arguments):
 
 def service(name, kind):
     rospy.wait_for_service('/planar_chain/' + name, LIMIT)
-    return rospy.ServiceProxy('/planar_chain/' + name, kind)
+    query = rospy.ServiceProxy('/planar_chain/' + name, kind)
+    return lambda q, qd: query(q=q, qd=qd)
 
 
 class Queries(unittest.TestCase):

@@ -43,7 +43,7 @@ class FastestSteps : public Integrator {
       // Start or judge a trial.
       if (onTrial_ && (run_.steps >= judged_ || run_.cost > trialCostLeft_ || isHopeless())) {
         judgeTrial();
-      } else if (!onTrial_ && (run_.steps >= patience_ || hasSlowed())) {
+      } else if (!onTrial_ && ((run_.steps >= patience_ && isTypical()) || hasSlowed())) {
         startTrial();
       }
 
@@ -129,6 +129,11 @@ class FastestSteps : public Integrator {
   /// An explicit incumbent near its limit that gets slower than this share of its usual speed is compared at
   /// once: the motion has become stiff, as by a contact. Near 1: each variation starts trials.
   static constexpr double slow = 0.2;
+  /// A trial waits until the incumbent's step is this share of its mean. Near 1: trials wait for nothing.
+  /// Far below: they begin in transients, and the faster method loses.
+  static constexpr double typical = 0.1;
+  /// It waits no longer than for so many times the patience.
+  static constexpr int latest = 2;
   /// Bounds the patience, as any motion may change. Only runs of thousands of steps reach it.
   static constexpr int mostPatience = 1600;
   /// The challenger wins if its speed exceeds the incumbent's by this factor. Near 1: methods of equal speed
@@ -213,6 +218,12 @@ class FastestSteps : public Integrator {
     methods_[inUse_].propose(state, end - state.t, true);
     challenger_ = inUse_;
     started_ = true;
+  }
+
+  /// False in a transient, as behind a contact: there no method is as fast as the incumbent is on average.
+  bool isTypical() const {
+    return run_.steps >= latest * patience_ ||
+           methods_[inUse_].proposal() * run_.steps >= typical * run_.progress;
   }
 
   /// Compares the speed over every leastPatience steps with the highest of the run. True if stiffness has
