@@ -100,11 +100,10 @@ struct GeneralSegment {
     shows.C.z.y = outer.C.y.z;
   }
 
-  /// Counts the moments between neighbours from those that would turn the pins between them if nothing else
-  /// moved, and returns these: Q' c_α/(1 + Q' C_αα). Without them the last body of a segment turns freely in
-  /// c, where it is light very fast; and all but the last digits of that vanish when a heavy body on a rail
-  /// is joined to it. None is needed where all joints are revolute: f alone, in the axes of the pin, does not
-  /// lose these digits.
+  /// Returns the moment that each segment would get from the next one if nothing but the pin between turned,
+  /// Q' c_α/(1 + Q' C_αα), and takes it into b, c and c_y: the rest of the moment is unknown. Without it, a
+  /// light last body turns fast in c_y, and if the next segment is heavy and begins with a prismatic joint,
+  /// nearly all of that cancels in the join. Behind a bare revolute joint Q' is 0.
   [[gnu::always_inline]] Pack expectMoments() {
     const Pack Q = shuffled(shows.K.z.z, Pack(), [](int s) { return s + 1; });
     const Pack moment = Q * constant.c.z / mulAdd(Q, shows.C.z.z, Pack(1));
