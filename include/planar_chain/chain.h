@@ -182,8 +182,9 @@ class Coordinates {
 
 /// Computes one q_i from x.
 struct Coordinate {
-  int joint, inner;  ///< inner: see Coordinates
+  int joint = 0, inner = Coordinates::none;  ///< inner: see Coordinates
 
+  Coordinate() = default;
   Coordinate(const Coordinates& all, int i) : joint(i), inner(all.inner(i)) {}
   double operator()(const double* x) const { return inner >= 0 ? x[joint] - x[inner] : x[joint]; }
 };

@@ -92,6 +92,13 @@ void Dynamics::fire(double t, double* y, const ode::LocatedEvent& located) {
   switched();
 }
 
+void Dynamics::saveOrRestore(Snapshot& snapshot) {
+  effects_.saveOrRestore(snapshot);
+  if (general_) general_->saveOrRestore(snapshot);
+  snapshot(evaluations_, seriesOrders_);
+  if (snapshot.isReading()) switched();
+}
+
 void Dynamics::switched() {
   isBare_ = !general_ && !effects_.act() && works_ == 0;
   if (tangents_) takeStiffness();

@@ -63,6 +63,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// See Effect. Call enter() after recall().
   void remember() { effects_.remember(); }
   void recall() { effects_.recall(); }
+  /// Saves or restores what the effects and the counts are (simd/snapshot.h).
+  void saveOrRestore(Snapshot& snapshot);
   /// Chooses what acts at a state in chain order.
   void enterState(double t, const double* y);
   /// Fires the events that have happened at a state in chain order. Joints that come to rest are held.

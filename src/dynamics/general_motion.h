@@ -45,6 +45,8 @@ class GeneralMotion final : private Mechanics {
   void forget() { forget(true); }
   /// Before Effects::fire().
   void prepareChange();
+  /// After Effects::saveOrRestore(): the count, and the states whose results are known.
+  void saveOrRestore(Snapshot& snapshot);
 
   // ---- Results; valid until the next call -------------------------------------------------------------
 

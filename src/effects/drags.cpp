@@ -75,6 +75,10 @@ class Drags : public Effect, public Events, private ode::EventFunctions {
     }
   }
 
+  void saveOrRestore(Snapshot& snapshot) override {
+    for (Drag& drag : drags_) snapshot(drag.sign);
+  }
+
   // An event is a change of the sign of q̇.
   Events* events() override { return this; }
   void addEvents(ode::EventList& to) const override { to.push_back(this); }

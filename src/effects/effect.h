@@ -28,6 +28,7 @@
 #include "planar_chain/planar.h"
 #include "recursion/force_tangent.h"
 #include "recursion/load_kind.h"
+#include "simd/snapshot.h"
 
 namespace planar_chain {
 
@@ -218,6 +219,9 @@ class Effect {
   /// restores it, and enter() is called next.
   virtual void remember() {}
   virtual void recall() {}
+  /// Saves or restores all that changes along a motion: what acts since the last enter(), switches, what
+  /// sticks or lags. Neither enter() nor enterState() is called after it.
+  virtual void saveOrRestore(Snapshot& /*snapshot*/) {}
 
   // ---- Its Taylor series --------------------------------------------------------------------------------
 

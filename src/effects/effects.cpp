@@ -95,6 +95,11 @@ void Effects::recall() {
   for (const auto& effect : all_) effect->recall();
 }
 
+void Effects::saveOrRestore(Snapshot& snapshot) {
+  for (const auto& effect : all_) effect->saveOrRestore(snapshot);
+  listActive();
+}
+
 void Effects::listActive() {
   active_.clear();
   activeInOrder_.clear();

@@ -40,6 +40,7 @@ class Effects {
   void fire(double t, double* y, const ode::LocatedEvent& located = {});
   void remember();
   void recall();
+  void saveOrRestore(Snapshot& snapshot);
 
   bool act() const { return acting_ != LoadKind::nothing; }
   LoadKind acting() const { return acting_; }

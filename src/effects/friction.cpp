@@ -57,6 +57,7 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
     joints_ = remembered_;
     yield_ = rememberedYield_;
   }
+  void saveOrRestore(Snapshot& snapshot) override { snapshot(joints_, yield_); }
   Coupler* coupler() override { return this; }
   void couple(double /*t*/, int k, Couplings& to) const override {
     for (const int i : joints_.stuck()) {

@@ -72,6 +72,8 @@ class GroundSprings : public PointForces, public Events, private ode::EventFunct
     return {-line.pull(spring) * line.u, d * line.rate * line.rate};
   }
 
+  void saveOrRestore(Snapshot& snapshot) override { snapshot(states_); }
+
   // Slack springs have events.
   void addEvents(ode::EventList& to) const override { to.push_back(this); }
   Events* events() override { return slack_.empty() ? nullptr : this; }

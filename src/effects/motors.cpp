@@ -179,6 +179,17 @@ class MotorCommands final : public CommandEffect, public Events, private ode::Ev
     }
     return loads;
   }
+  std::vector<LinearMotor> motorsAt(double t, const double* omega) const override {
+    std::vector<LinearMotor> all = CommandEffect::motorsAt(t, omega);
+    auto one = all.begin();
+    for (Motor motor : motors_) {
+      motor.command(t, torqueAt(t, index(motor.q.joint)));
+      motor.choose(t, omega);
+      while (one->joint != motor.q.joint) ++one;
+      *one = {one->joint, motor.lag(), one->isCutOff, motor.isFree(), motor.damping()};
+    }
+    return all;
+  }
   void remember() override {
     CommandEffect::remember();
     remembered_ = motors_;
@@ -186,6 +197,11 @@ class MotorCommands final : public CommandEffect, public Events, private ode::Ev
   void recall() override {
     CommandEffect::recall();
     motors_ = remembered_;
+  }
+  void saveOrRestore(Snapshot& snapshot) override {
+    CommandEffect::saveOrRestore(snapshot);
+    for (Motor& motor : motors_) snapshot(motor);
+    snapshot(isLagging_, act_);
   }
   void finish(double t) override {
     for (Motor& motor : motors_) {

@@ -34,6 +34,7 @@
 #include <vector>
 
 #include "planar_chain/chain.h"
+#include "simd/snapshot.h"
 
 namespace planar_chain {
 
@@ -127,6 +128,11 @@ class StickSlip {
   /// Lists the stuck and the loose joints, and sums the moments. Returns true if other joints stick than
   /// before.
   bool take();
+
+  void saveOrRestore(Snapshot& snapshot) {
+    snapshot(stuck_, before_, loose_, band_, direction_, never_, isLoose_, startsClearly_, push_, angle_,
+             moments_);
+  }
 
  private:
   struct Rate {

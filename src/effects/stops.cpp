@@ -95,6 +95,11 @@ class Stops : public Effect, public Events, private ode::EventFunctions {
     return {0, change};
   }
 
+  void saveOrRestore(Snapshot& snapshot) override {
+    for (Stop& stop : stops_) snapshot(stop.place);
+    listActive();
+  }
+
   Events* events() override { return this; }
   void enterState(double /*t*/, const double* y) override {
     for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));

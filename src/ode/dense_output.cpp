@@ -51,6 +51,13 @@ void DenseOutput::forget() {
   forgetStates();
 }
 
+void DenseOutput::saveOrRestore(Snapshot& snapshot) {
+  for (End* end : {&start_, &end_}) {
+    snapshot(end->isKnown);
+    if (end->isKnown) snapshot(end->state, end->slope);
+  }
+}
+
 void DenseOutput::take(const State& from, const State& to, Integrator* polynomial) {
   polynomial_ = polynomial;
   startAt(from);

@@ -87,6 +87,9 @@ class EventSearch {
   /// The first event between before() and behind(), by the states given.
   LocatedEvent locate(StatesWithin& states);
 
+  /// What start() keeps.
+  void saveOrRestore(Snapshot& snapshot) { snapshot(isKnown_, from_.t, from_.y, from_.g, from_.slope); }
+
   const Sample& before() const { return from_; }
   const Sample& behind() const { return to_; }
 

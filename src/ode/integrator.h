@@ -134,6 +134,9 @@ class Integrator {
   /// From the next step on. An integrator without error control ignores it.
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}
   virtual StepCount count() const = 0;
+  /// All that the next steps depend on, and count() (simd/snapshot.h). The tolerance is set before. Call it
+  /// between two advance().
+  virtual void saveOrRestore(Snapshot& snapshot) = 0;
 };
 
 /// Steps of another integrator, with something more: what is not said otherwise is that one's.
@@ -152,6 +155,7 @@ class StepsOf : public Integrator {
   void forgetSlope() override { steps_->forgetSlope(); }
   void setTolerance(const Tolerance& tolerance) override { steps_->setTolerance(tolerance); }
   StepCount count() const override { return steps_->count(); }
+  void saveOrRestore(Snapshot& snapshot) override { steps_->saveOrRestore(snapshot); }
 
  protected:
   std::unique_ptr<Integrator> steps_;

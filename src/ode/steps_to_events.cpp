@@ -44,6 +44,11 @@ class StepsToEvents final : public StepsOf, private StepStates {
     return count;
   }
   const LocatedEvent& event() const override { return event_; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    StepsOf::saveOrRestore(snapshot);
+    snapshot(dense_, search_, stepsToFind_, usual_, lastAt_, isKink_, hasChanged_, stoodAt_, eventsThere_);
+    // The last event has been fired.
+  }
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;

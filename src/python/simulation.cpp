@@ -121,6 +121,39 @@ void bindReading(py::module& module) {
   showFields(reading, {"sensor", "time", "values"});
 }
 
+void bindSaving(py::module& module, py::class_<Running>& simulation) {
+  py::class_<SavedState>(module, "SavedState",
+                         "The state of a Simulation: all that decides what it does next. save() returns it; "
+                         "it pickles.")
+      .def(py::pickle([](const SavedState& self) { return py::bytes(self.bytes()); },
+                      [](const py::bytes& bytes) { return SavedState(bytes); }))
+      .def_property_readonly(
+          "bytes", [](const SavedState& self) { return py::bytes(self.bytes()); }, "What pickles.")
+      .def("__repr__", [](const SavedState& self) {
+        return "<SavedState, " + std::to_string(self.bytes().size()) + " bytes>";
+      });
+  simulation
+      .def(
+          "save", [](Running& self) { return self.idle().save(); },
+          R"(Returns the present state, for restore(): time, angles and rates; the method, its step and what it has
+found out; commands that act or wait; torques that lag; what sticks; measurements that were not taken; laws of
+driven joints; works and counts. It changes nothing.)")
+      .def(
+          "restore",
+          [](Running& self, const SavedState& saved) {
+            Simulation& its = self.idle();
+            its.restore(saved);
+          },
+          py::arg("saved"),
+          R"(Goes back to a state that save() returned, here or in another Simulation of the same scene and commands.
+The same calls then give the same bits as they gave there. Raises Refused for a state of another scene, another
+number of commands, another version of the program or another kind of CPU.)")
+      .def(
+          "__deepcopy__",
+          [](Running& self, const py::object& /*memo*/) { return std::make_unique<Running>(self); },
+          py::arg("memo"), "Returns a Simulation in the same state, which goes on by itself.");
+}
+
 void bindState(py::class_<Running>& simulation) {
   const auto q = py::arg("q"), qd = py::arg("qd");
   simulation
@@ -154,7 +187,7 @@ and at least a million. The state is then that of the last good step.)")
           },
           q, qd,
           "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "
-          "the torques in the lags of motors.")
+          "the torques in the lags of motors: restore() sets those, too.")
       .def(
           "settle",
           [](Running& self) {
@@ -178,6 +211,24 @@ Numbers written(Running& self, void (Simulation::*write)(double*), const char* w
   (self.idle().*write)(numbers.mutable_data());
   requireFinite(what, Eigen::VectorXd::Map(numbers.data(), numbers.size()));
   return numbers;
+}
+
+void bindModels(py::class_<Running>& simulation) {
+  simulation
+      .def(
+          "equations", [](Running& self) { return atPresent(self.idle(), equationsAt); },
+          "As the function equations(), at the present state, with the commands in force.")
+      .def(
+          "linearize",
+          [](Running& self, bool motors) {
+            requireFewLinks(self.idle().scene());
+            return shownModel(self.alone([&](Simulation& its) { return its.linearize(motors); }));
+          },
+          py::arg("motors") = false,
+          R"(As the function linearize(), at the present state, under the commands in force.
+
+motors=True: δτ are commanded torques, and the torques that lag (time_constant) are states behind (δq, δq̇), in chain
+order, N m; a torque-speed line that bounds a torque counts, and a command cut off at its limit changes nothing.)");
 }
 
 void bindQuantities(py::class_<Running>& simulation) {
@@ -229,14 +280,7 @@ Fields, with base-frame components: inner_pin, com (n×2, m), angle (n, rad), ve
           "statistics", [](Running& self) { return self.idle().statistics(); },
           "Returns the steps made since the start or reset().")
       .def_property_readonly(
-          "method", [](Running& self) { return self.idle().method(); }, "In use, such as 'dopri5'.")
-      .def(
-          "equations", [](Running& self) { return atPresent(self.idle(), equationsAt); },
-          "As the function equations(), at the present state, with the commands in force.")
-      .def(
-          "linearize", [](Running& self) { return atPresent(self.idle(), linearizedAt); },
-          "As the function linearize(), at the present state, with the commands in force, whose torques "
-          "count as constant.");
+          "method", [](Running& self) { return self.idle().method(); }, "In use, such as 'dopri5'.");
 }
 
 }  // namespace
@@ -256,7 +300,10 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
                  }),
                  py::arg("scene"), py::arg("commands") = 16);
   bindState(simulation);
+  bindSaving(module, simulation);
   bindQuantities(simulation);
+  bindModels(simulation);
+  bindMotion(simulation);
   bindCommands(simulation);
   bindLaws(simulation);
 

@@ -107,6 +107,9 @@ class EnergyCheck {
   }
   /// The gap that was last refused, J: positive if there was too much energy.
   double gap() const { return refused_; }
+  void saveOrRestore(Snapshot& snapshot) {
+    snapshot(then_, energyThen_, worksThen_, gap_, moved_, steps_, refused_);
+  }
 
  private:
   double errorEnergy(double t, const double* y, const Energy& now, double steps, bool hasWorks) const {
@@ -168,6 +171,10 @@ class EnergyGuard : public EnergyCheck {
   const ode::State& lastGood() const { return good_; }
   /// The last good state, of the same energy and motion, but with other angles.
   void moveTo(const ode::State& state) { good_ = state; }
+  void saveOrRestore(Snapshot& snapshot) {
+    EnergyCheck::saveOrRestore(snapshot);
+    snapshot(good_);
+  }
 
  private:
   const Dynamics& dynamics_;

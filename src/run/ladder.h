@@ -67,6 +67,7 @@ class Pace {
     begin(count, t);
     return isSlow;
   }
+  void saveOrRestore(Snapshot& snapshot) { snapshot(then_, time_); }
 
  private:
   double least_;

@@ -13,6 +13,26 @@ std::vector<Load> Simulation::commands() const {
   return commands->inForce(time(), omega.data());
 }
 
+FrameMotion Simulation::motion(const Frame& frame) {
+  std::vector<LinkMotion> motions(q().size());
+  require(frame.link >= 0 && index(frame.link) < motions.size(), "a frame must be on a link of the chain");
+  linkMotions(motions.data());
+  return motionOf(frame, scene_.chain.links()[index(frame.link)], motions[index(frame.link)]);
+}
+
+LinearModel Simulation::linearize(bool motors) const {
+  Scene present = scene_;
+  for (Load& command : commands()) present.loads.push_back(std::move(command));
+  OperatingPoint about;
+  if (motors) {
+    std::vector<double> omega(qd().size());
+    scene_.chain.coordinates().toAbsolute(qd().data(), omega.data());
+    about.motors.emplace();
+    if (parts_->commands) *about.motors = parts_->commands->motorsAt(time(), omega.data());
+  }
+  return linearModel(present, time(), vectorOf(q()), vectorOf(qd()), about);
+}
+
 const Scene& Simulation::scene() const {
   return scene_;
 }

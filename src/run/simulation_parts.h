@@ -35,6 +35,7 @@ struct Simulation::Parts {
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
+  std::array<double, rungs> madeFor{};  ///< the tolerance when each was made
   std::size_t rung = 0;
   int goodChecks = 0, rescueLength = 1;  // checks since the ladder was climbed; to pass on a higher rung
   Pace pace{leastPaceOf(scene.integrator)};
@@ -75,9 +76,13 @@ struct Simulation::Parts {
     guard.use(scene.integrator);
   }
 
+  void make(std::size_t k, const Scene& of) {
+    ladder[k] = methodOf(of, k, dynamics);
+    madeFor[k] = of.integrator.tolerance;
+  }
   void climbTo(std::size_t next) {
     rung = next;
-    if (!ladder[rung]) ladder[rung] = methodOf(scene, rung, dynamics);
+    if (!ladder[rung]) make(rung, scene);
     pace.begin(integrator().count(), state.t);
   }
 
@@ -244,6 +249,10 @@ struct Simulation::Parts {
 
   /// True if another method will be faster: the motion is stiff, or a stop ends unstable steps at once.
   bool isStuck() { return rung + 1 < rungs && pace.isSlow(integrator().count(), state.t); }
+
+  /// Of saved_state.cpp. The scene's tolerance and laws are those of the state.
+  void saveOrRestore(Snapshot& snapshot);
+  void saveOrRestoreLadder(Snapshot& snapshot);
 
   void readRelative() {
     coordinates.toRelative(y.data(), q.data());

@@ -158,7 +158,10 @@ void takeFrame(const Section& in, const std::string& key, std::string& target) {
 }
 
 /// names: nullptr if the links could not be read.
-PublishSettings readPublish(const Section& in, const ChainNames* names) {
+PublishSettings readPublish(const Section& top, const ChainNames* names) {
+  const Section in =
+      top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_every",
+                              "frame_prefix", "world_frame", "base_frame", "offset"});
   PublishSettings settings;
   // Rates.
   in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate}, settings.rate);

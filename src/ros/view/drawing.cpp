@@ -61,6 +61,9 @@ class Writer {
       link(i);
       joint(i);
     }
+    for (const Frame& own : frames_.onLinks) {
+      if (own.link < links) frame(own);
+    }
     line("</robot>");
     std::replace(text_.begin(), text_.end(), '\'', '"');
     return text_;
@@ -190,6 +193,14 @@ class Writer {
     std::string element = "<dynamics";
     for (const auto& [name, value] : attributes) element += " " + name + "='" + toText(value) + "'";
     return element + "/>";
+  }
+
+  /// A link without mass and shape.
+  void frame(const Frame& own) {
+    const std::string name = frames_.of(own), &link = frames_.of(own.link);
+    line("<link name='", name, "'/>");
+    line("<joint name='", link, "-", name, "' type='fixed'><parent link='", link, "'/><child link='", name,
+         "'/><origin xyz='", own.point, "' rpy='0 0 ", own.angle, "'/></joint>");
   }
 
   void joint(int i) {
