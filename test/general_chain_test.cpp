@@ -189,16 +189,12 @@ double errorOf(const std::vector<Real>& is, const std::vector<long double>& exac
 /// and as the recursion in double loses: some roundings each.
 void compare(const Moving& at, bool hasForces) {
   const auto exact = reference<long double>(at, hasForces);
-  std::vector<Result<long double>> others;
-  for (unsigned seed = 1; seed <= 3; ++seed)
-    others.push_back(reference<long double>(nudged(at, seed), hasForces));
+  const auto other = reference<long double>(nudged(at, 1), hasForces);
   const auto plain = reference<double>(at, hasForces);
   const int n = at.chain.size();
   const auto expectClose = [&](const Result<double>& is, double least, const std::string& name) {
     const auto allowed = [&](auto part) {
-      double rounding = errorOf(part(plain), part(exact));
-      for (const auto& other : others) rounding = std::max(rounding, errorOf(part(other), part(exact)));
-      return 20 * rounding + least;
+      return 20 * std::max(errorOf(part(plain), part(exact)), errorOf(part(other), part(exact))) + least;
     };
     const auto alpha = [](const auto& of) { return of.alpha; };
     const auto moments = [](const auto& of) { return of.moments; };
@@ -218,6 +214,11 @@ void compare(const Moving& at, bool hasForces) {
   }
 }
 
+/// Long double takes most of the time for the longest chains: a fifth of their cases are enough.
+bool isSpared(int n, unsigned seed) {
+  return n == 1000 && seed % 5 != 0;
+}
+
 TEST(GeneralChain, MovesAsTheRecursionWithArmaturesAndPrescribedJoints) {
   unsigned seed = 0;
   for (const int n : {1, 2, 3, 4, 5, 8, 9, 12, 13, 20, 33, 100, 1000}) {
@@ -227,7 +228,8 @@ TEST(GeneralChain, MovesAsTheRecursionWithArmaturesAndPrescribedJoints) {
           for (const double size : {1e-6, 0.1, 1e4}) {
             SCOPED_TRACE(testing::Message()
                          << "prescribed " << prescribed << ", armatures " << armatures << " of " << size);
-            compare(Moving(n, ++seed, {prescribed, armatures, size}), hasForces);
+            ++seed;
+            if (!isSpared(n, seed)) compare(Moving(n, seed, {prescribed, armatures, size}), hasForces);
           }
         }
       }
@@ -246,6 +248,7 @@ TEST(GeneralChain, MovesWithPrismaticJointsAndHeldTips) {
                                             << rows << ", the base moves: " << moves);
             const double some = seed % 3 == 0 ? 0.2 : 0;
             ++seed;
+            if (isSpared(n, seed)) continue;
             compare(Moving(n, seed, {some, some, 0.1, carriages, prismatic, rows, moves}), seed % 2 == 0);
           }
         }

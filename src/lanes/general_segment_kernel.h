@@ -99,6 +99,19 @@ struct GeneralSegment {
     shows.C.z.x = outer.C.x.z;
     shows.C.z.y = outer.C.y.z;
   }
+
+  /// Returns the moment that each segment would get from the next one if nothing but the pin between turned,
+  /// Q' c_α/(1 + Q' C_αα), and takes it into b, c and c_y: the rest of the moment is unknown. Without it, a
+  /// light last body turns fast in c_y, and if the next segment is heavy and begins with a prismatic joint,
+  /// nearly all of that cancels in the join. Behind a bare revolute joint Q' is 0.
+  [[gnu::always_inline]] Pack expectMoments() {
+    const Pack Q = shuffled(shows.K.z.z, Pack(), [](int s) { return s + 1; });
+    const Pack moment = Q * constant.c.z / mulAdd(Q, shows.C.z.z, Pack(1));
+    constant.c = mulAdd(-moment, shows.C.z, constant.c);
+    constant.y = mulAdd(moment, shows.H.z, constant.y);
+    constant.y.z -= shuffled(Pack(), moment, [](int s) { return laneCount - 1 + s; });
+    return moment;
+  }
 };
 
 template <bool hasForces, bool hasPrismatic>
@@ -168,7 +181,9 @@ template <bool hasForces, bool hasPrismatic>
 template <Ends ends, bool hasForces, bool hasPrismatic>
 PLANAR_CHAIN_IN_ONE_PIECE void runGeneralSegments(const GeneralArrays& arrays, const Outside& outside,
                                                   const double* omega, double turning, GeneralResults to) {
-  const GeneralSegment segment = generalInwards<hasForces, hasPrismatic>(arrays, outside, omega);
+  GeneralSegment segment = generalInwards<hasForces, hasPrismatic>(arrays, outside, omega);
+  Pack expected;
+  if constexpr (hasPrismatic) expected = segment.expectMoments();
   Triple<Pack> X{Pack(outside.ground.x), Pack(outside.ground.y), Pack(turning)}, Y{};
   const Shows<Pack> all = LinearPairs<Pack, 1>::factor(segment.shows, arrays.pairs);
   LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y, [&](const ShowsOfSide<Pack>& sides) {
@@ -180,6 +195,7 @@ PLANAR_CHAIN_IN_ONE_PIECE void runGeneralSegments(const GeneralArrays& arrays, c
       Y = Axes{all.d}.fromGround(Triple<Pack>{Pack(-tipForce.x), Pack(-tipForce.y), Pack()});
     }
   });
+  if constexpr (hasPrismatic) Y.z += expected;
 
   Moved<Pack> at{{X.x, X.y}, X.z};
   for (int i = 0; i < arrays.steps; ++i) {
