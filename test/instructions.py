@@ -16,7 +16,7 @@ import callgrind
 FILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "instructions.csv")
 MOST = 0.02
 # chain, links; the other chain, its links; times
-LONGEST = [("one rotor", 10, "bare", 10, 1.6), ("on a cart", 11, "one rotor", 10, 1.3)]
+LONGEST = [("one rotor", 10, "bare", 10, 1.65), ("on a cart", 11, "one rotor", 10, 1.3)]
 LONGEST += [("held tip", n, "one rotor", n, 2.2) for n in (3, 10, 100, 1000)]
 SKIPPED = 77
 

@@ -90,7 +90,7 @@ template <bool holdsTip>
 }
 
 /// Inwards, body by body: takes what a body shows from the rows, and adds what the way out needs.
-template <bool holdsTip, bool hasPrismatic>
+template <bool holdsTip, bool mayHaveForces, bool hasPrismatic>
 [[gnu::always_inline]] inline void generalLinkInwards(const GeneralArrays& arrays, const Outside& outside,
                                                       const GeneralRows& rows, int j,
                                                       ArticulatedTerms<Lane>& shown, TipTerms<Lane>& tip) {
@@ -98,7 +98,7 @@ template <bool holdsTip, bool hasPrismatic>
   const JointKind kind = arrays.kinds[j];
   if (kind == JointKind::bare) {
     bareInwards<holdsTip>(N, rows, j, shown, tip);
-    if (outside.F) shown.b -= vectorOf(outside.F[j]);
+    if (mayHaveForces && outside.F) shown.b -= vectorOf(outside.F[j]);
     return;
   }
   if (hasPrismatic && kind == JointKind::carriage) {
@@ -112,7 +112,7 @@ template <bool holdsTip, bool hasPrismatic>
     addBody(body, shown);
     if constexpr (holdsTip) tip.addBody(body.P, body.ww);
   }
-  if (outside.F) shown.b -= vectorOf(outside.F[j]);
+  if (mayHaveForces && outside.F) shown.b -= vectorOf(outside.F[j]);
 
   const auto law = jointAt<Lane>(arrays.joints, j);
   Vec2<Lane> y;
@@ -163,7 +163,7 @@ template <bool holdsTip, bool hasPrismatic>
 
 enum class Ends { none, wrench, tip };
 
-template <Ends ends, bool hasPrismatic>
+template <Ends ends, bool mayHaveForces, bool hasPrismatic>
 PLANAR_CHAIN_IN_ONE_PIECE void runGeneralLinks(const GeneralArrays& given, const Outside& acting,
                                                const double* theta, const double* omega, double turning,
                                                GeneralResults to) {
@@ -184,7 +184,8 @@ PLANAR_CHAIN_IN_ONE_PIECE void runGeneralLinks(const GeneralArrays& given, const
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = GeneralArrays::most - 1; j >= 0; --j) {
     if (j < arrays.n)
-      generalLinkInwards<ends == Ends::tip, hasPrismatic>(arrays, outside, rows, j, shown, tip);
+      generalLinkInwards<ends == Ends::tip, mayHaveForces, hasPrismatic>(arrays, outside, rows, j, shown,
+                                                                         tip);
   }
 
   Moved<Lane> at{vectorOf(outside.ground), Lane(turning)};
@@ -205,7 +206,10 @@ PLANAR_CHAIN_IN_ONE_PIECE void runGeneralLinks(const GeneralArrays& given, const
 template <Ends ends>
 void generalLinks(const GeneralArrays& arrays, const Outside& outside, const double* theta,
                   const double* omega, double turning, GeneralResults to) {
-  const auto run = arrays.displaced ? runGeneralLinks<ends, true> : runGeneralLinks<ends, false>;
+  const bool isPlain = ends == Ends::none && !outside.F;
+  const auto run = arrays.displaced ? runGeneralLinks<ends, true, true>
+                   : isPlain        ? runGeneralLinks<ends, false, false>
+                                    : runGeneralLinks<ends, true, false>;
   run(arrays, outside, theta, omega, turning, to);
 }
 
