@@ -123,7 +123,7 @@ links:
   // ∂(q, M q̇)/∂(q, q̇), M_q by differences of sixth order
   const auto momenta = [&](const VectorXd& x) {
     const auto massMatrix = [&](const VectorXd& q) {
-      return MatrixXd(kane(scene, q, VectorXd::Zero(3)).M_q);
+      return MatrixXd(kane(scene.chain, q, VectorXd::Zero(3), activeForces(scene, 0, q, VectorXd::Zero(3))).M_q);
     };
     MatrixXd T = MatrixXd::Identity(6, 6);
     T.bottomRightCorner(3, 3) = massMatrix(x.head(3));
@@ -306,7 +306,7 @@ links:
 };
 
 INSTANTIATE_TEST_SUITE_P(Scenes, AgainstDifferences, testing::ValuesIn(cases),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& its) { return std::string(its.param.name); });
 
 TEST(Derivatives, AreRefusedWhereThereAreNone) {
   const Value tree = parseYaml(R"(

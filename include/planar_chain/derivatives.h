@@ -32,6 +32,7 @@ struct Derivatives {
 /// The scene with a number near its value: what the number does is found by differences of sixth order.
 struct VariedNumber {
   std::string path;
+  double size;  ///< |number|; 1 if it is 0
   std::vector<Scene> scenes;
   std::vector<double> weights;  ///< of the scenes in the difference, one over the number's unit
 };

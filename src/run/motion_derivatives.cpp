@@ -22,9 +22,12 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The tolerance where the motion has none.
 constexpr double ofFixedSteps = 1e-9;
+/// Finer ones are rounding: of a sweep, of a difference between scenes.
+constexpr double finestOfColumns = 1e-12, finestOfNumbers = 1e-10;
 
-ode::Tolerance toleranceFor(const IntegratorSettings& settings, int n, int size) {
-  const double value = ode::hasFixedStep(settings.method) ? ofFixedSteps : settings.tolerance;
+ode::Tolerance toleranceFor(const IntegratorSettings& settings, int n, int size, bool hasNumbers) {
+  const double finest = hasNumbers ? finestOfNumbers : finestOfColumns;
+  const double value = ode::hasFixedStep(settings.method) ? ofFixedSteps : std::max(settings.tolerance, finest);
   return {value, Eigen::ArrayXd::Constant(size, infinity), n, value};
 }
 
@@ -35,6 +38,12 @@ std::unique_ptr<ode::Integrator> stepsOf(VariedMotion& motion, const ode::Tolera
   steppers.push_back(std::make_unique<ode::Radau>(motion, tolerance, stiffness));
   steppers.push_back(std::make_unique<ode::ExplicitRungeKutta>(ode::dop853(), motion));
   return ode::fastestSteps(std::move(steppers), tolerance, stiffness, false);
+}
+
+/// The least scale of the column of a number: what is below a tenth of what the number itself moves may be
+/// rounding of the difference.
+double leastOf(double number, double slope) {
+  return 0.1 * std::max(slope, 1.0) / number;
 }
 
 double largest(const Eigen::Ref<const VectorXd>& values) {
@@ -79,16 +88,18 @@ MotionDerivatives::MotionDerivatives(const Scene& scene, const Effects& effects,
       state_(motion_.size()),
       columns_(MatrixXd::Zero(2 * n_, static_cast<Eigen::Index>(motion_.columns().size()))),
       pieceBegan_(t) {
-  steps_ = stepsOf(motion_, toleranceFor(scene.integrator, n_, motion_.size()));
+  steps_ = stepsOf(motion_, toleranceFor(scene.integrator, n_, motion_.size(), !numbers.empty()));
   beginColumns(fromStart, y);
   enterNumbers(t, y, t, y);
-  motion_.at(t, y.data());
+  const double slope = largest(Eigen::Map<const VectorXd>(motion_.at(t, y.data()).slopes(), n_));
   for (std::size_t k = 0; k < motion_.columns().size(); ++k) {
     VariedMotion::Column& column = motion_.columns()[k];
     VectorXd source = VectorXd::Zero(n_);
     if (fault_.empty()) motion_.findSource(column, source.data());
     const double size = std::max(largest(columns_.col(static_cast<Eigen::Index>(k))), largest(source));
-    column.scale = size > 0 && std::isfinite(size) ? size : 1;
+    const auto number = static_cast<std::ptrdiff_t>(k) - 3 * n_;
+    const double least = number >= 0 ? leastOf(numbers[static_cast<std::size_t>(number)].size, slope) : 0;
+    column.scale = size > least ? size : least > 0 ? least : 1;
   }
   keep();
 }

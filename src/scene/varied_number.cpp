@@ -58,10 +58,10 @@ VariedNumber variedNumber(const Value& scene, const std::string& path) {
   const Value* given = findAt(scene, path);
   const std::optional<double> number = given ? numberIn(*given) : std::nullopt;
   if (!number) throw Refused({{path, "a number that the scene has", "nothing"}});
-  const double step = share * (*number == 0 ? 1 : std::abs(*number));
+  const double size = *number == 0 ? 1 : std::abs(*number), step = share * size;
   std::vector<Fault> faults;
   for (const Difference& difference : differences()) {
-    VariedNumber varied{path, {}, {}};
+    VariedNumber varied{path, size, {}, {}};
     try {
       for (const int place : difference.places) {
         Value near = scene;
