@@ -23,16 +23,11 @@ NearScenes::NearScenes(const VariedNumber& number) {
     all_.push_back(std::make_unique<One>(number.scenes[k], number.weights[k]));
 }
 
-bool NearScenes::enter(double t, double tm, const double* y, double until, const Couplings& couplings) {
+bool NearScenes::enter(double t, const Effects& effects) {
   return std::all_of(all_.begin(), all_.end(), [&](const std::unique_ptr<One>& one) {
     one->effects.enter(t);
     one->motion.forget();
-    one->effects.enterState(tm, y);
-    one->motion.forget();
-    const std::vector<JointLaw<double>>& joints = one->motion.couplings(tm).joints;
-    return one->effects.until() == until &&
-           std::equal(joints.begin(), joints.end(), couplings.joints.begin(), couplings.joints.end(),
-                      [](const auto& a, const auto& b) { return a.isPrescribed == b.isPrescribed; });
+    return one->effects.takeSwitches(effects) && one->effects.until() == effects.until();
   });
 }
 

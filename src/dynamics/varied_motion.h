@@ -29,9 +29,9 @@ class NearScenes {
  public:
   /// Allocates.
   explicit NearScenes(const VariedNumber& number);
-  /// Takes what acts from t on: as in a stretch of the motion that passes the state y at tm. Returns false if
-  /// it is not that of the scene itself, which jumps next at `until` and has these joints.
-  bool enter(double t, double tm, const double* y, double until, const Couplings& couplings);
+  /// Takes what acts from t on, with the switches of `effects`. Returns false if more than numbers differ:
+  /// other effects, or another time of the next jump.
+  bool enter(double t, const Effects& effects);
   /// ∂f/∂p: of the rates, n values.
   void slopes(double t, const double* y, double* to);
   /// ∂g/∂p of what is due next.
@@ -76,7 +76,9 @@ class VariedMotion final : public ode::LinearizedSystem {
   const Couplings& couplings(double t);
   /// How the rates change by J c, n values, if the held joints speed up by `held` besides; or nullptr.
   void change(const double* c, const double* held, double* to);
-  /// The change of the moment in a joint in the last change().
+  /// The torque in a joint per torque that is held in it.
+  double shareOf(int joint, double t) const { return share_(joint, t); }
+  /// The change of the moment in a joint in the last change() or findSource().
   double moment(int joint) const { return change_.moments[index(joint)]; }
   /// f_u + f_p of a column at the state of the last at(), n values, not scaled.
   void findSource(const Column& column, double* to);

@@ -82,6 +82,10 @@ class Drags : public Effect, public Switching {
   void enterState(double /*t*/, const double* y) override {
     for (Drag& drag : drags_) drag.sign = drag.q(y + n_) < 0 ? -1 : 1;
   }
+  void takeFrom(const Switching& other) override {
+    const std::vector<Drag>& theirs = static_cast<const Drags&>(other).drags_;
+    for (std::size_t k = 0; k < drags_.size(); ++k) drags_[k].sign = theirs[k].sign;
+  }
   void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
     for (Drag& drag : drags_) {
       if (dueOf(drag, y) > 0) drag.sign = -drag.sign;

@@ -108,6 +108,8 @@ class Switching : public ode::Switches {
  public:
   /// Sets every switch for the state y = [θ ω …] at t, whatever its position before.
   virtual void enterState(double t, const double* y) = 0;
+  /// Sets every switch as that of the same effect in a scene with other numbers.
+  virtual void takeFrom(const Switching& /*other*/) {}
   /// Makes every switch that is due at t and y. Also called when none of this effect is, and after enter().
   /// found: what crossing() returned for the step that ends here, or nothing of it. May hold joints.
   virtual void change(double t, double* y, const ode::Crossing& found) = 0;

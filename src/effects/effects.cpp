@@ -83,6 +83,13 @@ void Effects::change(double t, double* y, const ode::Crossing& found) {
   }
 }
 
+bool Effects::takeSwitches(const Effects& of) {
+  if (switching_.size() != of.switching_.size()) return false;
+  for (std::size_t k = 0; k < switching_.size(); ++k) switching_[k]->takeFrom(*of.switching_[k]);
+  listActive();
+  return true;
+}
+
 void Effects::remember() {
   for (const auto& effect : all_) effect->remember();
 }

@@ -38,6 +38,8 @@ class Effects : public ode::Switches {
   void enter(double t);
   void enterState(double t, const double* y);
   void change(double t, double* y, const ode::Crossing& found = {});
+  /// Sets every switch as in a scene with other numbers. Returns false if that has other effects.
+  bool takeSwitches(const Effects& of);
   void remember();
   void recall();
 

@@ -85,6 +85,10 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     take();
     decide(t, y);
   }
+  void takeFrom(const Switching& other) override {
+    joints_.takeFrom(static_cast<const Friction&>(other).joints_);
+    take();
+  }
   void change(double t, double* y, const ode::Crossing& found) override {
     atRest_.clear();
     arrival_ = {};

@@ -107,6 +107,11 @@ class Stops : public Effect, public Switching {
     for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
     listActive();
   }
+  void takeFrom(const Switching& other) override {
+    const std::vector<Stop>& theirs = static_cast<const Stops&>(other).stops_;
+    for (std::size_t k = 0; k < stops_.size(); ++k) stops_[k].place = theirs[k].place;
+    listActive();
+  }
   void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
     for (Stop& stop : stops_) {
       if (stop.due(y, y + n_) > 0) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));

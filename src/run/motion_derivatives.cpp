@@ -27,7 +27,8 @@ constexpr double finestOfColumns = 1e-12, finestOfNumbers = 1e-10;
 
 ode::Tolerance toleranceFor(const IntegratorSettings& settings, int n, int size, bool hasNumbers) {
   const double finest = hasNumbers ? finestOfNumbers : finestOfColumns;
-  const double value = ode::hasFixedStep(settings.method) ? ofFixedSteps : std::max(settings.tolerance, finest);
+  const double value =
+      ode::hasFixedStep(settings.method) ? ofFixedSteps : std::max(settings.tolerance, finest);
   return {value, Eigen::ArrayXd::Constant(size, infinity), n, value};
 }
 
@@ -54,8 +55,11 @@ double largest(const Eigen::Ref<const VectorXd>& values) {
 template <class F>
 auto differenceOf(const F& f, double size, double reach) {
   const double h = reach / size;
-  return ((45 / (60 * h)) * (f(h) - f(-h)) - (9 / (60 * h)) * (f(2 * h) - f(-2 * h)) +
-          (1 / (60 * h)) * (f(3 * h) - f(-3 * h)));
+  decltype(f(h)) sum = 45 * (f(h) - f(-h));
+  sum -= 9 * (f(2 * h) - f(-2 * h));
+  sum += f(3 * h) - f(-3 * h);
+  sum /= 60 * h;
+  return sum;
 }
 
 }  // namespace
@@ -90,7 +94,7 @@ MotionDerivatives::MotionDerivatives(const Scene& scene, const Effects& effects,
       pieceBegan_(t) {
   steps_ = stepsOf(motion_, toleranceFor(scene.integrator, n_, motion_.size(), !numbers.empty()));
   beginColumns(fromStart, y);
-  enterNumbers(t, y, t, y);
+  enterNumbers(t);
   const double slope = largest(Eigen::Map<const VectorXd>(motion_.at(t, y.data()).slopes(), n_));
   for (std::size_t k = 0; k < motion_.columns().size(); ++k) {
     VariedMotion::Column& column = motion_.columns()[k];
@@ -161,20 +165,10 @@ void MotionDerivatives::stopHeldJoints(double t, const VectorXd& y) {
 
 // ---- A smooth piece ----------------------------------------------------------------------------------
 
-/// The scenes near in a number are entered in the middle of the piece, where nothing is about to switch.
-bool MotionDerivatives::enterNumbers(double t, const VectorXd& y, double end, const VectorXd& there) {
-  if (numbers_.empty()) return true;
-  const double h = end - t;
-  VectorXd middle(2 * n_);
-  const auto theta = [&](const VectorXd& of) { return of.head(n_); };
-  const auto omega = [&](const VectorXd& of) { return of.segment(n_, n_); };
-  middle.head(n_) = (theta(y) + theta(there)) / 2 + h / 8 * (omega(y) - omega(there));
-  middle.tail(n_) = h > 0 ? VectorXd(1.5 / h * (theta(there) - theta(y)) - (omega(y) + omega(there)) / 4)
-                          : VectorXd(omega(y));
-  const Couplings couplings = motion_.couplings(t);
+bool MotionDerivatives::enterNumbers(double t) {
   for (std::size_t k = 0; k < numbers_.size(); ++k) {
-    if (numbers_[k]->enter(t, t + h / 2, middle.data(), effects_.until(), couplings)) continue;
-    fail(t, paths_[k] + " moves the time of a jump, or decides what sticks");
+    if (numbers_[k]->enter(t, effects_)) continue;
+    fail(t, paths_[k] + " moves the time of a jump, or adds an effect");
     return false;
   }
   return true;
@@ -202,8 +196,8 @@ double MotionDerivatives::nextShare(double t) const {
   return next;
 }
 
-void MotionDerivatives::follow(double t, const VectorXd& y, double end, const VectorXd& there) {
-  if (!fault_.empty() || end <= t || !enterNumbers(t, y, end, there)) return;
+void MotionDerivatives::follow(double t, const VectorXd& y, double end) {
+  if (!fault_.empty() || end <= t || !enterNumbers(t)) return;
   motion_.enter();
   scaleColumns();
   state_.t = t;
@@ -262,6 +256,13 @@ void MotionDerivatives::meet(double t, const VectorXd& y) {
       due += column.number->due(t, y);
     delays_[k] = -due / dueSlope_;
   }
+  moments_ = Eigen::Map<const VectorXd>(at.moments.data(), n_);
+  torqueMoments_ = MatrixXd(n_, n_);
+  VectorXd source(n_);
+  for (int i = 0; i < n_; ++i) {
+    motion_.findSource({i}, source.data());
+    for (int j = 0; j < n_; ++j) torqueMoments_(j, i) = motion_.shareOf(i, t) * motion_.moment(j);
+  }
 }
 
 void MotionDerivatives::pass(double t, const VectorXd& y) {
@@ -272,6 +273,11 @@ void MotionDerivatives::pass(double t, const VectorXd& y) {
   const VectorXd after = Eigen::Map<const VectorXd>(at.slopes(), n_), jump = slopes_.tail(n_) - after;
   constexpr double rounding = 1e-10;  // of accelerations, where f only bends
   if (largest(jump) <= rounding * std::max(largest(after), largest(slopes_.tail(n_)))) return;
+  // A torque moves the time at which a joint breaks loose by itself, too.
+  for (int i = 0; i < n_; ++i) {
+    if (!wereHeld_[index(i)] || motion_.couplings(t).joints[index(i)].isPrescribed) continue;
+    delays_.segment(2 * n_, n_) -= (moments_[i] > 0 ? 1 : -1) / dueSlope_ * torqueMoments_.row(i).transpose();
+  }
   if (!(dueSlope_ > 0) || !delays_.allFinite()) return fail(t, "the motion only touches a switch there");
   columns_.bottomRows(n_) += jump * delays_.transpose();
 }

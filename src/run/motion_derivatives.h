@@ -25,8 +25,8 @@ class MotionDerivatives {
                     const std::vector<VariedNumber>& numbers, bool fromStart, double t,
                     const Eigen::VectorXd& y);
 
-  /// Follows the motion from one state to another. What acts is the same on the way.
-  void follow(double t, const Eigen::VectorXd& y, double end, const Eigen::VectorXd& there);
+  /// Follows the motion from a state to the time of another one. What acts is the same on the way.
+  void follow(double t, const Eigen::VectorXd& y, double end);
   /// Call these before and after the switches that are due at a state are made.
   void meet(double t, const Eigen::VectorXd& y);
   void pass(double t, const Eigen::VectorXd& y);
@@ -48,7 +48,7 @@ class MotionDerivatives {
   void close(const Eigen::VectorXd& y);
   void stopHeldJoints(double t, const Eigen::VectorXd& y);
   void scaleColumns();
-  bool enterNumbers(double t, const Eigen::VectorXd& y, double end, const Eigen::VectorXd& there);
+  bool enterNumbers(double t);
   double nextShare(double t) const;
   double slopeOfDue(double t, const Eigen::VectorXd& y, const double* along, double ofTime) const;
   void fail(double t, const std::string& why);
@@ -66,6 +66,8 @@ class MotionDerivatives {
   Eigen::MatrixXd columns_, kept_;  ///< of (θ, ω), not scaled
   Eigen::VectorXd slopes_;          ///< before the switch
   Eigen::VectorXd delays_;          ///< of the switch, one a column
+  Eigen::VectorXd moments_;         ///< in the joints, before the switch
+  Eigen::MatrixXd torqueMoments_;   ///< how they change with each torque
   std::vector<bool> wereHeld_;
   double dueSlope_ = 0;
   double pieceBegan_ = 0;  ///< s

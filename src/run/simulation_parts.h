@@ -205,7 +205,7 @@ struct Simulation::Parts {
     const bool isDue = !hasSwitched || unchecked >= EnergyCheck::period || state.t >= end;
     if (ode::hasFailed(outcome) || (isDue && !guard.accept(state, y.data(), unchecked)))
       return goBack(outcome);
-    if (derivatives) derivatives->follow(begin, pieceFrom, state.t, y);
+    if (derivatives) derivatives->follow(begin, pieceFrom, state.t);
     if (isDue) {
       if (derivatives) derivatives->keep();
       unchecked = 0;

@@ -1,5 +1,5 @@
 from ._core import (Energy as Energy, EnergyBalance as EnergyBalance, Failed as Failed, Fault as Fault,
-                    Measurement as Measurement, Refused as Refused, Runs as Runs, Scene as Scene, Simulation as Simulation,
+                    Measurement as Measurement, Refused as Refused, Run as Run, Runs as Runs, Scene as Scene, Simulation as Simulation,
                     Statistics as Statistics, equations as equations, equilibrium as equilibrium, inverse_dynamics as inverse_dynamics,
                     linearize as linearize, simulate as simulate, simulate_many as simulate_many)
 from .environment import Box as Box, Environment as Environment
