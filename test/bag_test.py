@@ -350,11 +350,17 @@ class Bags(InFolder):
         self.assert_refused(self.run_tool("--duration", "1", "--node", "arm"), "--node")
 
     def test_the_urdf_bears_the_frames_of_tf(self):
-        topics = self.bag("--duration", "0.1", "--write-urdf", self.path("out.urdf"), "--node", "/left/arm")
+        topics = self.bag("--duration", "0.1", "--write-urdf", self.path("out.urdf"), "--node", "/left/arm",
+                          scene=SCENE + "frames: {gripper: {link: upper, point: [0.1, 0.2], angle: 1}}\n")
         with open(self.path("out.urdf")) as file:
             links = {link.get("name") for link in xml.etree.ElementTree.parse(file).findall("link")}
         transforms = topics["/tf"][0][1].transforms + topics["/tf_static"][0][1].transforms
         self.assertEqual(links, {t.header.frame_id for t in transforms} | {t.child_frame_id for t in transforms})
+        gripper, = [t for t in transforms if t.child_frame_id == "left/gripper"]
+        place = gripper.transform.translation
+        self.assertEqual((gripper.header.frame_id, place.x, place.y), ("left/upper", 0.1, 0.2))
+        self.assertAlmostEqual(2 * math.atan2(gripper.transform.rotation.z, gripper.transform.rotation.w), 1, 14)
+        self.assertIn("left/tip", links)
         self.assert_refused(self.run_tool("--duration", "1", "--write-urdf", self.path("scene.yaml")), "--write-urdf")
 
     # ---- What goes wrong -------------------------------------------------------------------------

@@ -8,9 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "effects/passing.h"
 #include "planar_chain/simulation.h"
-#include "random_scene.h"
 #include "reference_data.h"
 
 namespace planar_chain {
@@ -95,64 +93,6 @@ TEST(Motors, ComeToTheirLineAndLeaveItWithinAStep) {
       }
     }
   }
-}
-
-// ---- Polynomials -----------------------------------------------------------------------------------
-
-double valueOf(const Bezier& b, double s) {
-  double sum = 0, binomial = 1;
-  for (std::size_t k = 0; k < 7; ++k) {
-    sum += binomial * std::pow(s, k) * std::pow(1 - s, 6 - k) * b[k];
-    binomial *= (6.0 - static_cast<double>(k)) / (static_cast<double>(k) + 1);
-  }
-  return sum;
-}
-
-/// g = Σ c_k s^k of degree 5, and the top that is added.
-TEST(BezierPoints, AreThoseOfThePolynomialAndOfItsSlope) {
-  test::Random random(3);
-  for (int k = 0; k < 20; ++k) {
-    std::array<double, 6> c;
-    for (double& one : c) one = random.between(-1, 1);
-    const double top = random.between(-5, 5);
-    const auto derivative = [&](int order, double s) {
-      double sum = 0;
-      for (int j = order; j < 6; ++j) {
-        double factor = c[static_cast<std::size_t>(j)];
-        for (int i = 0; i < order; ++i) factor *= j - i;
-        sum += factor * std::pow(s, j - order);
-      }
-      return sum;
-    };
-    const Bezier g = bezier({derivative(0, 0), derivative(1, 0), derivative(2, 0)},
-                            {derivative(0, 1), derivative(1, 1), derivative(2, 1)}, top);
-    const Bezier slope = slopeOf(g);
-    for (const double s : {0.0, 0.2, 0.5, 0.9, 1.0}) {
-      const double r = s - s * s;
-      EXPECT_NEAR(valueOf(g, s), derivative(0, s) + top * r * r * r, 1e-13);
-      EXPECT_NEAR(valueOf(slope, s), derivative(1, s) + 3 * top * r * r * (1 - 2 * s), 1e-12);
-      EXPECT_NEAR(valueOf(halves(g).first, s), valueOf(g, s / 2), 1e-13);
-      EXPECT_NEAR(valueOf(halves(g).second, s), valueOf(g, (1 + s) / 2), 1e-13);
-    }
-  }
-}
-
-/// −x at the start and −y at the end, and a bulge between.
-TEST(BezierPoints, TellWhereThePolynomialIsAbove) {
-  const auto line = [](double x, double y, double top) {
-    return bezier({-x, x - y, 0}, {-y, x - y, 0}, top);
-  };
-  EXPECT_EQ(above(line(1, 1, 63), 0), 1) << "(s − s²)³ is at most 1/64";
-  EXPECT_LT(above(line(1, 1, 65), 0), 1);
-  EXPECT_EQ(above(line(1, 1, 65), 0.02), 1);
-  const double s = above(line(1e-6, 1, 100), 0);
-  EXPECT_GT(valueOf(line(1e-6, 1, 100), s), 0);
-  // Above at 1, too: before it rises there at last.
-  EXPECT_EQ(aboveBefore(line(1, -1, 0), 0), 1);
-  const Bezier twice{-0.01, 1, -2, -2, -2, -2, 3};
-  const double first = aboveBefore(twice, 0);
-  EXPECT_LT(first, 0.3);
-  EXPECT_GT(valueOf(twice, first), 0);
 }
 
 }  // namespace

@@ -9,8 +9,7 @@
 ///     A is ∂ẋ/∂x of the dense equations          the same, by another road
 ///     ∂f/∂t                                      variesWithTime, applyRates, couple (orders 0 and 1)
 ///     y(t + h) by a Taylor series and by steps   hasSeries, addOrder, couple (all orders)
-///     dE/dt = supplied − dissipated              hasPower, the powers, energyIn, energyOf, energyBetween,
-///                                                inertiaIn
+///     dE/dt = supplied − dissipated              hasPower, the powers, energyIn, energyOf, inertiaIn
 ///     effort is what acts                        addTorques
 ///     lanes and chain order agree                inLanes
 ///     a batch agrees with single runs            runsInLanes

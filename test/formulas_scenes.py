@@ -166,7 +166,7 @@ class State:
         turns = ~np.array(scene.prismatic)
         self.sums = np.where(np.outer(turns, turns), np.triu(np.ones((len(scene), len(scene)))), np.diag(~turns))  # T, of x
         self.expected["M_ext"][~np.logical_or.accumulate(turns)] = 0  # what does not turn has its moment in no formula
-        self.expected["A"], self.expected["B"] = linearize(scene, self.q, self.qd, self.t)
+        self.expected["A"], self.expected["B"] = linearize(scene, self.q, self.qd, t=self.t)
 
         self.cancels = {}
         if self.formulas.chain.rows:  # B is M⁻¹ less what the tip takes of it, which may be all; q̈ has a part of each force

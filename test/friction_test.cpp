@@ -14,8 +14,8 @@
 #include "effects/complementarity.h"
 #include "effects/stick_slip.h"
 #include "known_chains.h"
+#include "ode/events.h"
 #include "ode/methods.h"
-#include "ode/switches.h"
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
@@ -408,7 +408,7 @@ TEST(Friction, HoldsAJointWhereItsRateIsExactlyZero) {
   dynamics.enterState(0, y.data());
   y[0] = 0.25;
   y[1] = 0;
-  dynamics.change(0.5, y.data());
+  dynamics.fire(0.5, y.data());
   EXPECT_EQ(y[0], 0.25);
   dynamics.hold(0.5, y.data());
   EXPECT_EQ(y[0], 0.25);

@@ -38,7 +38,9 @@ void compare(const RandomChain& chain, const AtState& at, const test::WideMatrix
   }
   GeneralBodies bodies(at.chain);
   bodies.take(at.state);
-  GeneralLinearized<Scalar, kinds> linearized(bodies, at.tangents.data(), chain.tip.rows > 0);
+  const auto solve =
+      makeGeneralSolve<Scalar>(bodies, kinds == 3 ? at.tangents.data() : nullptr, chain.tip.rows > 0);
+  GeneralSolve<Scalar>& linearized = *solve;
   linearized.factor(s);
   linearized.solve(rhs.data(), rhs.data() + n, x.data(), x.data() + n);
 
@@ -102,8 +104,8 @@ TEST(GeneralLinearized, TakesOneKindOfMotionWithoutSuchForces) {
     const AtState at(chain);
     GeneralBodies bodies(at.chain);
     bodies.take(at.state);
-    GeneralLinearized<double, 1> one(bodies, nullptr, false);
-    GeneralLinearized<double, 3> three(bodies, at.tangents.data(), false);
+    GeneralLinearized<double, 1, true> one(bodies, nullptr, false);
+    GeneralLinearized<double, 3, true> three(bodies, at.tangents.data(), false);
     Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(2 * n, -1, 2), other = x;
     one.factor(30);
     three.factor(30);

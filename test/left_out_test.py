@@ -23,6 +23,7 @@ EFFECTS = {
     "springs and dampers": [(IN_EVALUATIONS, r"^springs\.")],
     "limits": [(ANYWHERE, r"^(stops|switches)\.")],
     "loads": [(ANYWHERE, r"^(loads|timed_terms)\.cpp$"), (IN_EVALUATIONS, r"^timed_terms\.h$")],
+    "springs to the ground and air drag": [(ANYWHERE, r"^(ground_springs|air_drag|point_forces)\.cpp$")],
     "implicit solve": [(ANYWHERE, r"^(linearized|linearized_segments|linear_kernel|rosenbrock|radau)\.")],
     "what is published": [(r"Simulation::(energy|jointTorques|linkMotions)|::Messages::", ANYWHERE),
                           (r"Dynamics::(jointTorques|linkMotions)", ANYWHERE)],
@@ -40,6 +41,7 @@ SCENES = {
     "springs and dampers": (SPRINGS, "", "dopri5"),
     "limits": (LIMITS, "", "dopri5"),
     "loads": ("", LOADS, "dopri5"),
+    "springs to the ground and air drag": ("", "springs: {rope: {link: link_2, ground: [1, 1], stiffness: 10}}", "dopri5"),
     "implicit solve": ("", "", "rodas5p"),
 }
 LENGTHS = {"link by link": 3, "in segments": 100}

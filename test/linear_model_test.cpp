@@ -92,12 +92,14 @@ Vector accelerations(const Scene& scene, const Vector& q, const Vector& qd, cons
 }
 
 /// The imaginary part of q̈ after a step into it along direction `column` of (q, q̇, τ).
-VectorXd derivative(const Scene& scene, const VectorXd& q, const VectorXd& qd, int column) {
+VectorXd derivative(const Scene& scene, const VectorXd& q, const VectorXd& qd, const VectorXd& tau,
+                    int column) {
   constexpr long double epsilon = 1e-100L;
   const int n = scene.chain.size();
   Vector at = Vector::Zero(3 * n);
   at.head(n) = q.cast<Complex>();
   at.segment(n, n) = qd.cast<Complex>();
+  at.tail(n) = tau.cast<Complex>();
   at[column] += Complex(0, epsilon);
   const Vector qdd = accelerations(scene, at.head(n), at.segment(n, n), at.tail(n));
   return (qdd.imag() / epsilon).cast<double>();
@@ -126,10 +128,10 @@ Scene sceneWithEverything(int n, unsigned seed) {
   return scene;
 }
 
-void expectDerivatives(const Scene& scene) {
+void expectDerivatives(const Scene& scene, const OperatingPoint& about = {}) {
   const int n = scene.chain.size();
   const VectorXd q = vector(scene.q), qd = vector(scene.qd);
-  const LinearModel model = linearModel(scene, t, q, qd);
+  const LinearModel model = linearModel(scene, t, q, qd, about);
   ASSERT_EQ(model.A.rows(), 2 * n);
   ASSERT_EQ(model.A.cols(), 2 * n);
   ASSERT_EQ(model.B.rows(), 2 * n);
@@ -141,7 +143,7 @@ void expectDerivatives(const Scene& scene) {
   for (int column = 0; column < 3 * n; ++column) {
     // Rounding: some n ulps of the column's largest entry, and of the motions that cancel in it. The
     // reference rounds to 1e-19, also where the derivative is 0.
-    const VectorXd exact = derivative(scene, q, qd, column);
+    const VectorXd exact = derivative(scene, q, qd, model.tau, column);
     EXPECT_LT((all.col(column).tail(n) - exact).norm(), 1e-12 * exact.norm() + 1e-18)
         << n << ", column " << column;
   }
@@ -164,6 +166,64 @@ TEST(LinearModel, IsTheDerivativeOfLagrangesEquations) {
 
 TEST(LinearModel, OfBareChainsToo) {
   for (const int n : {1, 4}) expectDerivatives(test::randomScene(n, 7, {false, false, false}));
+}
+
+TEST(LinearModel, IsAboutTheTorques) {
+  for (const int n : {1, 3, 6}) {
+    const Scene scene = sceneWithEverything(n, 20 + static_cast<unsigned>(n));
+    OperatingPoint about;
+    about.tau = VectorXd::LinSpaced(n, -20, 30);
+    expectDerivatives(scene, about);
+    about = {};
+    about.isHeld = true;
+    expectDerivatives(scene, about);
+
+    const VectorXd tau = linearModel(scene, t, vector(scene.q), vector(scene.qd), about).tau;
+    const Vector qdd = accelerations(scene, vector(scene.q).cast<Complex>(), vector(scene.qd).cast<Complex>(),
+                                     tau.cast<Complex>());
+    EXPECT_LT(static_cast<double>(qdd.norm()), 1e-11 * tau.norm()) << "held";
+  }
+}
+
+std::string notesOf(const Scene& scene, const VectorXd& q, const OperatingPoint& about = {}) {
+  std::string all;
+  for (const std::string& note : linearModel(scene, 0, q, VectorXd::Zero(q.size()), about).notes)
+    all += note + "\n";
+  return all;
+}
+
+TEST(LinearModel, NotesWhatIsNoEquilibrium) {
+  const Scene rods = test::uniformChain(2, {"", 1, 1. / 12, {0.5, 0}, {1, 0}}, {}, {}, {0, -10});
+  const VectorXd level = VectorXd::Zero(2);
+  OperatingPoint about;
+  EXPECT_NE(notesOf(rods, level).find("The torques tau = 20,5 would hold it"), std::string::npos);
+  about.isHeld = true;
+  EXPECT_EQ(notesOf(rods, level, about), "");
+  about = {};
+  about.tau = Eigen::Vector2d(20, 5);
+  EXPECT_EQ(notesOf(rods, level, about), "");
+  about.tau = Eigen::Vector2d(20, 5 + 1e-5);
+  EXPECT_NE(notesOf(rods, level, about), "");
+  about.tau = VectorXd::Zero(3);
+  EXPECT_THROW(linearModel(rods, 0, level, level, about), Refused);
+}
+
+TEST(LinearModel, OfAJointAtRestSticksOrSlips) {
+  Scene rubbing = test::uniformChain(2, {"", 1, 1. / 12, {0.5, 0}, {1, 0}}, {}, {}, {1, 0}), smooth = rubbing;
+  std::vector<Joint> joints = rubbing.chain.joints();
+  joints[1].others = {{"friction", 0.5}, {"command_delay", 0.02}};
+  rubbing.chain = Chain(rubbing.chain.links(), joints, rubbing.chain.gravity());
+  const VectorXd q = VectorXd::Zero(2);
+  const LinearModel stuck = linearModel(rubbing, 0, q, q);
+  EXPECT_EQ(stuck.B.col(1), VectorXd::Zero(4));
+  const std::string notes = notesOf(rubbing, q);
+  EXPECT_NE(notes.find(joints[1].name + " sticks"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("(command_delay 0.02 s)"), std::string::npos) << notes;
+  OperatingPoint slips;
+  slips.slips = true;
+  EXPECT_EQ(linearModel(rubbing, 0, q, q, slips).A, linearModel(smooth, 0, q, q).A);
+  EXPECT_EQ(linearModel(rubbing, 0, q, q, slips).B, linearModel(smooth, 0, q, q).B);
+  EXPECT_EQ(notesOf(rubbing, q, slips).find("sticks"), std::string::npos);
 }
 
 TEST(LinearModel, HasTheInverseMassMatrixInB) {

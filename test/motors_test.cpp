@@ -328,21 +328,22 @@ TEST(AMotor, OfStrengthZeroGivesTheMotionOfNone) {
 
 // ---- The laws ------------------------------------------------------------------------------------------
 
-/// Motors with commands, as an effect of the scene, which has no commands. Acts in scenes with `seed` 1 in
-/// others.
+/// Motors with commands, as an effect of the scene, which has no commands. Acts where the first joint has a
+/// motor.
 class CommandedKind : public EffectKind {
  public:
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    if (!scene.others.has("commanded")) return nullptr;
+    if (!isIn(scene)) return nullptr;
     auto effect = makeCommands(scene.chain, 4);
     for (int i = 0; i < scene.chain.size(); ++i)
       effect->hold({Load::none, {}, {}, 0, i, torqueIn(i), -1, forever}, 0);
     return effect;
   }
+  static bool isIn(const Scene& scene) { return scene.chain.joints()[0].has("effort_limit"); }
   static double torqueIn(int i) { return i % 2 == 0 ? 1.5 : -0.7; }
   void addDense(const Scene& scene, double t, const Eigen::VectorXd& /*q*/, const Eigen::VectorXd& qd,
                 const DenseActions& to) const override {
-    for (int i = 0; i < scene.chain.size() && scene.others.has("commanded"); ++i) {
+    for (int i = 0; i < scene.chain.size() && isIn(scene); ++i) {
       const Joint& joint = scene.chain.joints()[index(i)];
       const double u = torqueIn(i), side = u > 0 ? 1 : -1, lag = joint.other(timeConstant);
       const double x = lag > 0 ? u * (1 - std::exp(-t / lag)) : u;
@@ -357,7 +358,7 @@ TEST(AMotor, ObeysTheLawsOfEffects) {
   static const CommandedKind kind;
   effectKinds().push_back(&kind);
   // Joint by joint: on the line, free with a lag, idle, braking.
-  Scene scene = readSceneText(
+  const Scene scene = readSceneText(
       "chain: [a, b, c, d]\n"
       "gravity: [0, 0]\n"
       "links:\n"
@@ -369,7 +370,6 @@ TEST(AMotor, ObeysTheLawsOfEffects) {
       "      joint: {effort_limit: 2, motor: {no_load_speed: 2, time_constant: 0.3}}}\n"
       "  d: {mass: 0.5, inertia: 0.05, com: [0.3, 0], pin: [0.6, 0.1], initial: {angle: 1, velocity: 4},\n"
       "      joint: {effort_limit: 2, motor: {no_load_speed: 2, time_constant: 0.3}}}\n");
-  scene.others = {{"commanded", 1}};
   test::EffectLaws(scene, 0.1).expectAll();
   effectKinds().pop_back();
 }

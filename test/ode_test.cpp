@@ -10,11 +10,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "ode/events.h"
 #include "ode/explicit_runge_kutta.h"
 #include "ode/integrator.h"
 #include "ode/methods.h"
 #include "ode/rosenbrock.h"
-#include "ode/switches.h"
 #include "test_system.h"
 
 namespace planar_chain::ode {
@@ -376,17 +376,18 @@ TEST(AdaptiveSteps, EndIfASeriesOverflows) {
   EXPECT_EQ(state.t, 0);
 }
 
-/// A switch that is due wherever f is, whatever is switched.
-struct Always : Switches {
-  double due(double /*t*/, const Eigen::VectorXd& /*y*/) const override { return 1; }
-  double nearest(const Stretch& /*of*/) const override { return -1; }
+/// An event that has happened wherever f is, whatever is fired.
+struct Always : EventFunctions {
+  int most() const override { return 1; }
+  void values(double /*t*/, const double* /*y*/, double* g) const override { *g = 1; }
+  void noise(double /*t*/, const double* /*y*/, double* of) const override { *of = 0; }
 };
 
 TEST(Landing, MakesNoStepFromWhereASwitchIsDueAndGivesUpIfThatDoesNotEnd) {
   const Always always;
   test::TestSystem f;
   const auto method =
-      landingOnSwitches(makeMethod("dopri5", f, 0, {1e-8, Eigen::ArrayXd::Constant(3, 1)}), always, f);
+      stepsToEvents(makeMethod("dopri5", f, 0, {1e-8, Eigen::ArrayXd::Constant(3, 1)}), {&always}, f);
   State state = testStart();
   state.t = 0.5;
   const State before = state;
@@ -394,7 +395,7 @@ TEST(Landing, MakesNoStepFromWhereASwitchIsDueAndGivesUpIfThatDoesNotEnd) {
   Outcome outcome;
   while ((outcome = method->advance(state, 1, 1)) == Outcome::switched && switches < 5000) {
     ++switches;
-    method->passSwitch();
+    method->passEvent();
   }
   EXPECT_EQ(outcome, Outcome::endless);
   EXPECT_GT(switches, 1000);

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "dynamics/dynamics.h"
+#include "ode/events.h"
 #include "ode/local_stiffness.h"
 #include "ode/methods.h"
-#include "ode/switches.h"
 #include "random_scene.h"
 #include "test_system.h"
 
@@ -108,16 +108,13 @@ TEST(Order, MakesNoDifferenceToAnyMethod) {
 }
 
 /// y_2 = cos t² below a half.
-struct Below : Switches {
-  double due(double /*t*/, const Eigen::VectorXd& y) const override { return 0.5 - y[1]; }
-  double nearest(const Stretch& of) const override {
-    EXPECT_GE(of.y[1], of.next[1]);
-    EXPECT_GT(of.h, 0);
-    return -1;
-  }
+struct Below : EventFunctions {
+  int most() const override { return 1; }
+  void values(double /*t*/, const double* y, double* g) const override { *g = 0.5 - y[1]; }
+  void noise(double /*t*/, const double* /*y*/, double* of) const override { *of = 0; }
 };
 
-TEST(Order, MakesNoDifferenceToSwitches) {
+TEST(Order, MakesNoDifferenceToEvents) {
   const Below below;
   for (const std::string& name : methodNames()) {
     for (const bool isReordered : {false, true}) {
@@ -125,7 +122,7 @@ TEST(Order, MakesNoDifferenceToSwitches) {
       Reordered reordered;
       SeriesSystem& f = isReordered ? reordered : plain;
       const auto method =
-          landingOnSwitches(makeMethod(name, f, 1e-2, {1e-8, Eigen::ArrayXd::Constant(3, 1)}), below, f);
+          stepsToEvents(makeMethod(name, f, 1e-2, {1e-8, Eigen::ArrayXd::Constant(3, 1)}), {&below}, f);
       State state(f, start);
       EXPECT_EQ(method->integrate(state, 2, 100), Outcome::switched) << name;
       EXPECT_NEAR(state.restoredBy(f)[1], 0.5, 1e-14) << name << isReordered;

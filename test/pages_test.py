@@ -325,6 +325,8 @@ class Pages(InFolder):
                 ('links/a/joint/unknown', '', 'joint: {unknown: 1}'),
                 ('links/a/initial/unknown', '', 'initial: {unknown: 1}'),
                 ('loads/b/unknown', 'loads: {b: {link: a, moment: 1, unknown: 1}}', ''),
+                ('springs/b/unknown', 'springs: {b: {link: a, ground: [1, 1], stiffness: 1, unknown: 1}}', ''),
+                ('links/a/drag/unknown', '', 'drag: {coefficient: 1, unknown: 1}'),
                 ('integrator/unknown', 'integrator: {unknown: 1}', ''),
                 ('integrator/method', 'integrator: {method: unknown}', ''),
                 ('base/unknown', 'base: {unknown: 1}', ''),

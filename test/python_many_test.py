@@ -67,7 +67,7 @@ class Many(unittest.TestCase):
         return {fault.path: f"expected {fault.expected}, got {fault.found}" for fault in caught.exception.faults}
 
     def test_paths_that_lead_to_no_number_are_refused_at_once(self):
-        keys = "expected one of the keys mass, inertia, com, pin, repeat, joint, initial, got"
+        keys = "expected one of the keys mass, inertia, com, pin, repeat, joint, initial, drag, got"
         faults = {"links/lowr/mass": 'expected a link listed in chain (did you mean lower?), got "lowr"', "links/lower/masss": 'expected a known key (did you mean links/lower/mass?), got "masss"',
                   "links/lower/weight": f'{keys} "weight"',
                   "links/lower": "expected the path of a number, got that of a map",

@@ -269,7 +269,7 @@ class Motions(InFolder):
         scene, arm, nan, inf = Scene.from_file(shipped("double_pendulum")), Scene.from_file(shipped("robot_arm")), np.nan, np.inf
         law = Simulation(arm)
         off = law.q + [1e-5, *[0] * (len(arm) - 1)]
-        functions = {"equations": planar_chain.equations, "linearize": planar_chain.linearize,
+        functions = {"equations": planar_chain.equations, "linearize": lambda scene, q=None, qd=None, t=0: planar_chain.linearize(scene, q, qd, t=t),
                      "inverse": lambda scene, *state: planar_chain.inverse_dynamics(scene, np.zeros(len(scene)), *state)}
         for name, function in functions.items():
             for of, state, words in (

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "dynamics/dynamics.h"
+#include "ode/events.h"
 #include "ode/methods.h"
-#include "ode/switches.h"
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
@@ -132,9 +132,8 @@ struct Stepped {
     toAbsolute(scene.q.data(), n, y.data());
     toAbsolute(scene.qd.data(), n, y.data() + n);
     ode::Tolerance tolerance{1e-7, Eigen::ArrayXd::Constant(2 * n, 4.0), n};
-    integrator =
-        ode::landingOnSwitches(ode::makeMethod("dopri5", *dynamics, 0, tolerance.arrangedBy(*dynamics)),
-                               dynamics->effects(), *dynamics);
+    integrator = ode::stepsToEvents(ode::makeMethod("dopri5", *dynamics, 0, tolerance.arrangedBy(*dynamics)),
+                                    dynamics->effects().events(), *dynamics);
     dynamics->enter(0);
     dynamics->enterState(0, y.data());
     settle();
@@ -151,9 +150,9 @@ struct Stepped {
     dynamics->restore(state.y.data(), y.data());
     if (outcome == ode::Outcome::switched) {
       ++switches;
-      dynamics->change(state.t, y.data(), integrator->crossing());
+      dynamics->fire(state.t, y.data(), integrator->event());
       settle();
-      integrator->passSwitch();
+      integrator->passEvent();
     }
   }
 
@@ -165,7 +164,7 @@ struct Stepped {
   int switches = 0;
 };
 
-TEST(Queries, OfSwitchesAtOtherStatesAndTimesChangeNoBit) {
+TEST(Queries, OfEventsAtOtherStatesAndTimesChangeNoBit) {
   int switches = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
     const int n = seed % 4 == 0 ? 20 : 4;
@@ -181,22 +180,17 @@ TEST(Queries, OfSwitchesAtOtherStatesAndTimesChangeNoBit) {
       ASSERT_EQ(plain.y, asked.y) << "seed " << seed << " at " << plain.state.t;
       for (int queries = random.index(4); queries > 0; --queries) {
         // Another state, now or at another time. Its cache must not be taken for that of the motion.
-        Eigen::VectorXd other = asked.y, next;
+        Eigen::VectorXd other = asked.y;
         for (int j = 0; j < 2 * n; ++j) other[j] += random.between(-1, 1) * (random.index(2) ? 1e-3 : 1);
-        next = other;
-        const double t = asked.state.t + (random.index(2) ? 0 : random.between(0, 1e-2)), h = 1e-3;
-        next.head(n) += h * other.segment(n, n);
-        ode::State from(*asked.dynamics, other), to(*asked.dynamics, next);
-        from.t = t;
-        to.t = t + h;
-        ode::Course course(*asked.dynamics);
-        course.take(from, to);
-        const ode::Stretch stretch{t, h, other, next, &course};
-        const ode::Switches& of = asked.dynamics->effects();
+        const double t = asked.state.t + (random.index(2) ? 0 : random.between(0, 1e-2));
+        const Eigen::VectorXd accelerations = Eigen::VectorXd::Random(asked.dynamics->size());
         const int which = random.index(3);
-        if (which == 0) of.due(t, other);
-        if (which == 1) of.nearest(stretch);
-        if (which == 2) of.crossing(stretch);
+        for (const ode::EventFunctions* events : asked.dynamics->effects().events()) {
+          Eigen::VectorXd found = Eigen::VectorXd::Zero(events->most());
+          if (which == 0) events->values(t, other.data(), found.data());
+          if (which == 1) events->slopes(t, other.data(), accelerations.data(), found.data());
+          if (which == 2) events->noise(t, other.data(), found.data());
+        }
       }
     }
     switches += plain.switches;

@@ -9,10 +9,10 @@
 #include <string>
 
 #include "dense_chain.h"
-#include "dynamics/pose.h"
 #include "recursion/force_tangent.h"
 #include "recursion/general_linearized.h"
 #include "recursion/general_recursion.h"
+#include "recursion/pose.h"
 
 namespace planar_chain::test {
 

@@ -38,7 +38,7 @@ PUBLIC = {
     "chain.h": "model", "fault.h": "model", "motion.h": "model", "motion_law.h": "model",
     "scene.h": "model", "sensors.h": "model",
     "value.h": "reading",
-    "energy.h": "dynamics", "kane.h": "dynamics", "linear_model.h": "dynamics",
+    "energy.h": "dynamics", "linear_motor.h": "model", "kane.h": "dynamics", "kinematics.h": "dynamics", "linear_model.h": "dynamics",
     "scene_reader.h": "scene", "urdf_reader.h": "scene",
     "simulation.h": "run",
     "batch.h": "batch",

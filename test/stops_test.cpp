@@ -152,94 +152,6 @@ TEST(Stop, IsNotJumpedOverByALongStep) {
   }
 }
 
-// ---- What may come between the ends of a step ------------------------------------------------------
-
-/// Stands for a link that moves by x = c_0 + c_1 t + c_2 t² + c_3 t³.
-struct Cubic {
-  double c[4];
-  double at(double t) const { return c[0] + t * (c[1] + t * (c[2] + t * c[3])); }
-  double rateAt(double t) const { return c[1] + t * (2 * c[2] + t * 3 * c[3]); }
-};
-
-/// When the first may be due of links that move side by side, with stops at x = 0, from 0 to h. lift: what
-/// rounding adds to the first angle after the stops have taken their places.
-double nearestOf(const std::vector<Cubic>& motions, double h, double k, double d, double lift = 0) {
-  std::vector<Link> links;
-  std::vector<Joint> joints;
-  for (std::size_t i = 0; i < motions.size(); ++i) {
-    links.push_back({"link" + std::to_string(i), 1, 1, {0.5, 0}, {1, 0}});
-    joints.push_back({});
-    joints.back().name = "joint" + std::to_string(i);
-    joints.back().upper = 0;
-    joints.back().stopStiffness = k;
-    joints.back().stopDamping = d;
-  }
-  const Scene scene{Chain(links, joints, {}), {}, {}, {}, {}, {}, 0};
-  const std::unique_ptr<Effect> effect = stopKind().make(scene);
-  Switching& stops = *effect->switching();
-  const auto n = static_cast<Eigen::Index>(motions.size());
-  const auto at = [&](double t) {
-    Eigen::VectorXd y = Eigen::VectorXd::Zero(2 * n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = i; j < n; ++j) {
-        y[j] += motions[static_cast<std::size_t>(i)].at(t);
-        y[n + j] += motions[static_cast<std::size_t>(i)].rateAt(t);
-      }
-    }
-    return y;
-  };
-  Eigen::VectorXd y = at(0);
-  const Eigen::VectorXd next = at(h);
-  stops.enterState(0, y.data());
-  y[0] += lift;
-  return stops.nearest({0, h, y, next});
-}
-
-/// −a + b t (h − t): its top is at h/2, and b h²/4 above its ends.
-Cubic arch(double a, double b, double h) {
-  return {{-a, b * h, -b, 0}};
-}
-
-TEST(Stop, IsLookedForAtTheTopOfTheWay) {
-  constexpr double h = 0.2, rise = 0.25 * 3 * h * h, never = -1;
-  const auto nearest = [](const std::vector<Cubic>& motions) { return nearestOf(motions, h, 1, 0); };
-  EXPECT_NEAR(nearest({arch(0.9 * rise, 3, h)}), h / 2, 1e-15);
-  EXPECT_NEAR(nearest({arch(1.9 * rise, 3, h)}), h / 2, 1e-15) << "what is not quite a cubic rises higher";
-  EXPECT_EQ(nearest({arch(2.1 * rise, 3, h)}), never);
-  EXPECT_EQ(nearest({arch(0.1 * rise, -3, h)}), never) << "going away and coming back";
-  // Down, up to a top at 0.14 and down again.
-  const Cubic wave{{-1e-4, -3 * 0.14 * 0.04, 1.5 * 0.18, -1}};
-  EXPECT_NEAR(wave.rateAt(0.14), 0, 1e-15);
-  EXPECT_LT(wave.rateAt(0), 0);
-  EXPECT_NEAR(nearest({wave}), 0.14, 1e-15);
-  // Of several the first, however high the others rise.
-  EXPECT_NEAR(nearest({arch(0.1 * rise, 3, h), wave}), h / 2, 1e-15);
-  EXPECT_NEAR(nearest({wave, arch(0.9 * rise, 3, h)}), h / 2, 1e-15);
-}
-
-TEST(Stop, IsLookedForWhereItPushesToo) {
-  constexpr double h = 0.2, b = 3;
-  // Pushing where x + lag ẋ > 0, of x = a − b t (h − t).
-  const Cubic dip{{0.02, -b * h, b, 0}};
-  EXPECT_NEAR(nearestOf({dip}, h, 1, 0), h / 2, 1e-15) << "left, and hit again";
-  constexpr double lag = 0.01;
-  EXPECT_NEAR(nearestOf({dip}, h, 10, 10 * lag), h / 2 - lag, 1e-15) << "parted, and pushed again";
-  EXPECT_EQ(nearestOf({Cubic{{0.2, -b * h, b, 0}}}, h, 1, 0), -1);
-  // Parted where x > 0 and x + ẋ < 0, pushed in between: ẋ = −0.07 + 3 t (h − t). The top of x + ẋ, from
-  // −0.01 on, is where 3 t² + 5.4 t = 0.53.
-  const Cubic leaving{{0.06, -0.07, 1.5 * h, -1}};
-  EXPECT_NEAR(nearestOf({leaving}, h, 1, 1), (std::sqrt(5.4 * 5.4 + 12 * 0.53) - 5.4) / 6, 1e-13);
-}
-
-TEST(Stop, IsLookedForWhereRoundingHasMadeItDue) {
-  constexpr double h = 0.2, b = 3, hair = 1e-17;
-  EXPECT_NEAR(nearestOf({arch(0, b, h)}, h, 1, 0, hair), h / 2, 1e-15) << "hit, and left";
-  const Cubic dip{{0, -b * h, b, 0}};
-  const Cubic lifted{{hair, -b * h, b, 0}};
-  EXPECT_NEAR(nearestOf({lifted}, h, 1, 0, -2 * hair), h / 2, 1e-15) << "left, and hit again";
-  EXPECT_EQ(nearestOf({dip}, h, 1, 0, hair), -1) << "left, and back";
-}
-
 TEST(Stop, OfManyIsSeenByEveryMethod) {
   // A whip of 13 rods falls, and its joints touch their stops over and over, some for a moment only.
   Scene scene = test::uniformChain(13, {"", 3. / 13, 0.25 * 9. / 13 / 169, {1.5 / 13, 0}, {3. / 13, 0}}, {},
@@ -330,7 +242,7 @@ TEST(Stop, ActsAtOnceBesideARotor) {
   y.head(2) << 1 + depth, 2;
   dynamics->derivative(0.5, y.data(), f.data());
   EXPECT_EQ(f[1], 0);
-  dynamics->change(0.5, y.data());
+  dynamics->fire(0.5, y.data());
   dynamics->derivative(0.5, y.data(), f.data());
   EXPECT_NEAR(f[1], -(30 * depth + 2 * 2) / (J + 0.1), 1e-12);
 }

@@ -36,9 +36,8 @@ void expectTheSameAgain(const Scene& scene) {
     expectNear(again.links[i].inertia, link.inertia, link.inertia, link.name);
     expectNear(again.links[i].com.x, link.com.x, com, link.name);
     expectNear(again.links[i].com.y, link.com.y, com, link.name);
-    const Vec2d last = i + 1 < again.links.size() ? link.pin : Vec2d{};  // of the tip URDF knows nothing
-    expectNear(again.links[i].pin.x, last.x, pin, link.name);
-    expectNear(again.links[i].pin.y, last.y, pin, link.name);
+    expectNear(again.links[i].pin.x, link.pin.x, pin, link.name);
+    expectNear(again.links[i].pin.y, link.pin.y, pin, link.name);
 
     const Joint& joint = scene.chain.joints()[i];
     EXPECT_EQ(again.joints[i].name, joint.name);
@@ -67,6 +66,27 @@ TEST(Urdf, OfEverySceneThatShipsIsTheSameChainAgain) {
 
 TEST(Urdf, OfRandomScenesIsTheSameChainAgain) {
   for (unsigned seed = 1; seed <= 20; ++seed) expectTheSameAgain(test::randomScene(5, seed));
+}
+
+TEST(Urdf, HasTheFramesOfTheScene) {
+  const auto urdf = [](const std::string& last, const std::string& frames) {
+    const std::string rod = ": {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}";
+    const Scene scene =
+        readSceneText("chain: [a, " + last + "]\nlinks: {a" + rod + ", " + last + rod + "}\n" + frames);
+    return urdfOf(scene, framesOf(scene, "/"));
+  };
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  const std::string framed = urdf("b", "frames: {gripper: {link: a, point: [0.25, 0.5], angle: 0.5}}");
+  const std::string gripper =
+      "<parent link=\"a\"/><child link=\"gripper\"/><origin xyz=\"0.25 0.5 0\" rpy=\"0 0 0.5\"/>";
+  const std::string tip = "<parent link=\"b\"/><child link=\"tip\"/><origin xyz=\"1 0 0\"";
+  EXPECT_TRUE(has(framed, "<link name=\"gripper\"/>"));
+  EXPECT_TRUE(has(framed, gripper));
+  EXPECT_TRUE(has(framed, tip));
+  const std::string named = urdf("tip", ""), own = "<link name=\"tip\"";
+  EXPECT_EQ(named.find(own), named.rfind(own)) << "a link has that name";
 }
 
 /// With limits, and with a boom that is bent.

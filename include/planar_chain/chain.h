@@ -44,6 +44,17 @@ class NamedNumbers : public std::vector<std::pair<std::string, double>> {
   }
 };
 
+/// A spring and damper from a point of a link to a point of the ground; see effects/ground_springs.h.
+struct GroundSpring {
+  std::string name;
+  Vec2d point;             ///< m, link frame
+  Vec2d ground;            ///< m, base frame
+  double stiffness = 0;    ///< k, N/m, ≥ 0; > 0 if it goes slack
+  double damping = 0;      ///< d, N s/m, ≥ 0
+  double restLength = 0;   ///< L_0, m, ≥ 0
+  bool goesSlack = false;  ///< it only pulls
+};
+
 struct Link {
   std::string name;
   double mass = 0;     ///< m, kg, > 0; of a carriage (see Chain) ≥ 0
@@ -51,8 +62,9 @@ struct Link {
   Vec2d com;           ///< r, m, link frame, from the inner pin; of a prismatic link from its own point
   Vec2d pin;           ///< p, m, likewise, to the outer pin
 
-  /// Values of effects, with their keys in the scene.
+  /// Values of effects that have no member here, with their keys in the scene.
   NamedNumbers others{};
+  std::vector<GroundSpring> springs{};
 };
 
 /// The joint at a link's inner pin. Its torque on the link is −stiffness (q − restAngle) − damping q̇. The
@@ -113,25 +125,26 @@ constexpr std::size_t index(int i) {
 ///
 ///     q_i = x_i − x_k, or x_i of prismatic joints and of the first revolute one         likewise rates
 ///
-/// x_k is the angle of the body inside of joint i: that of the last revolute joint before.
+/// x_k is the angle of the body inside of joint i: that of the last revolute joint before. Copies share the
+/// numbers and allocate nothing.
 class Coordinates {
  public:
   static constexpr int none = -1;
 
   explicit Coordinates(const std::vector<Joint>& joints);
 
-  int size() const { return static_cast<int>(inner_.size()); }
+  int size() const { return size_; }
   /// True if coordinate i is a displacement, false if it is an angle.
-  bool isPrismatic(int i) const { return turner_[index(i)] != i; }
+  bool isPrismatic(int i) const { return turner_[i] != i; }
   bool anyIsPrismatic() const { return anyIsPrismatic_; }
   /// True if a joint behind a revolute one is prismatic.
   bool anyIsInside() const { return anyIsInside_; }
   /// The number of prismatic joints before the first revolute one.
   int leading() const { return leading_; }
   /// The k of q_i = x_i − x_k, or `none`.
-  int inner(int i) const { return inner_[index(i)]; }
+  int inner(int i) const { return inner_[i]; }
   /// The coordinate that is the angle of body i; `none`: that of the base.
-  int turner(int i) const { return turner_[index(i)]; }
+  int turner(int i) const { return turner_[i]; }
 
   /// Returns q_i from x, and likewise rates and accelerations.
   double relative(const double* x, int i) const {
@@ -161,15 +174,17 @@ class Coordinates {
   const char* rateUnit(int i) const { return isPrismatic(i) ? "m/s" : "rad/s"; }
 
  private:
-  std::vector<int> inner_, turner_;
-  int leading_ = 0;
+  int size_, leading_ = 0;
+  std::shared_ptr<const int[]> numbers_;  ///< both of these, one behind the other
+  const int *inner_, *turner_;
   bool anyIsPrismatic_ = false, anyIsInside_ = false;
 };
 
 /// Computes one q_i from x.
 struct Coordinate {
-  int joint, inner;  ///< inner: see Coordinates
+  int joint = 0, inner = Coordinates::none;  ///< inner: see Coordinates
 
+  Coordinate() = default;
   Coordinate(const Coordinates& all, int i) : joint(i), inner(all.inner(i)) {}
   double operator()(const double* x) const { return inner >= 0 ? x[joint] - x[inner] : x[joint]; }
 };
@@ -178,6 +193,8 @@ struct Coordinate {
 /// "mass" or "joint/damping".
 std::vector<Fault> faultsOf(const Link& link, bool isPrismatic = false);
 std::vector<Fault> faultsOf(const Joint& joint);
+/// Of the values of effects alone.
+std::vector<Fault> faultsOfEffects(const Link& link);
 
 /// A chain whose values have been checked. Immutable. Copies share the values.
 class Chain {

@@ -84,6 +84,12 @@ class MotionLaw {
   double phase() const { return phase_; }
   const std::vector<Piece>& pieces() const { return pieces_; }
 
+  /// For states that are saved (Simulation::save()).
+  template <class Snapshot>
+  void saveOrRestore(Snapshot& snapshot) {
+    snapshot(amplitude_, frequency_, pulsation_, phase_, swinging_, pieces_);
+  }
+
  private:
   double amplitude_ = 0, frequency_ = 0, pulsation_ = 0, phase_ = 0;
   int swinging_ = std::numeric_limits<int>::max();  ///< number of pieces to which the sine is added

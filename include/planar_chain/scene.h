@@ -90,6 +90,14 @@ struct Appearance {
   std::vector<std::string> visuals;  ///< of the base, then of each link. Empty: not from a URDF, or none
 };
 
+/// A frame on a link, by name.
+struct Frame {
+  std::string name;
+  int link = 0;      ///< index
+  Vec2d point;       ///< m, link frame
+  double angle = 0;  ///< of its x axis, from that of the link, rad
+};
+
 struct Scene {
   Chain chain;
   std::vector<double> q;   ///< initial relative angles, rad
@@ -104,11 +112,11 @@ struct Scene {
   std::vector<Drive> drives{};                  ///< at most one per joint
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: at rest
   Appearance appearance{};
-  NamedNumbers others{};      ///< values of effects, with their keys in the scene
   std::vector<Note> notes{};  ///< for the user; the simulation does not use them
   std::vector<Sensor> sensors{};
   long long seed = 0;                         ///< of the sensors' noise
   std::optional<TipLaws> tip = std::nullopt;  ///< of a held tip; nothing: it is free
+  std::vector<Frame> frames{};
   /// The scene as YAML, for recordings; empty unless a tool or the node sets it.
   std::string text{};
 };

@@ -24,7 +24,7 @@
 
 namespace planar_chain {
 
-/// Measures positions of joints. rad; m for slides.
+/// Measures positions of joints. rad; of prismatic joints m.
 struct Encoder {
   std::vector<int> joints;  ///< indices
   double resolution = 0;    ///< 0: none

@@ -18,14 +18,19 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_chain/derivatives.h"
 #include "planar_chain/energy.h"
+#include "planar_chain/kinematics.h"
+#include "planar_chain/linear_model.h"
 #include "planar_chain/motion.h"
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
+
+class Snapshot;
 
 /// Steps and evaluations include those for measurements.
 struct Statistics {
@@ -50,6 +55,19 @@ struct EnergyBalance {
 struct BaseWrench {
   Vec2d force;
   double torque = 0;
+};
+
+/// The state of a simulation: all that decides what it does next. Simulation::save() makes one. It is a
+/// value.
+class SavedState {
+ public:
+  SavedState() = default;
+  /// From bytes(), of this process or another one. restore() checks them.
+  explicit SavedState(std::string bytes) : bytes_(std::move(bytes)) {}
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::string bytes_;
 };
 
 class Simulation {
@@ -116,6 +134,8 @@ class Simulation {
   void jointTorques(double* tau);
   /// Writes the motion of each link, n values.
   void linkMotions(LinkMotion* motions);
+  /// Returns the motion of a frame (frameNamed() finds it). Allocates.
+  FrameMotion motion(const Frame& frame);
   /// Allocates.
   BaseWrench baseWrench();
   /// Returns the force on the tip that holds it, N, base frame; 0 if the tip is free.
@@ -134,6 +154,10 @@ class Simulation {
   std::vector<Measurement> measure();
   /// How many measurements were lost since the start or reset(), because nobody took them in time.
   long long lostMeasurements() const;
+
+  /// Returns A and B near the present state, with the commands in force. motors: the torques δτ are
+  /// commanded, and the torques that lag are states behind (δq, δq̇). Allocates.
+  LinearModel linearize(bool motors = false) const;
 
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
   // In a joint with a command_delay it acts, and ends, that much later. A held command lasts until the next
@@ -175,14 +199,31 @@ class Simulation {
   /// @throws std::domain_error, with the reason and the state unchanged, if there is none or keepGoing()
   /// returns false
   void settle(const std::function<bool()>& keepGoing = nullptr);
-  /// Returns how often the state was set: by the constructor, setState(), settle() or reset().
+  /// Returns how often the state was set: by the constructor, setState(), settle(), restore() or reset().
   long long timesSet() const { return timesSet_; }
+  /// Returns the present state: time, angles and rates; the method, its step and what it has found out;
+  /// commands that act or wait; torques that lag; what sticks; measurements that were not taken; the laws and
+  /// the tolerance in force; works, counts and a fault. It changes nothing. Allocates.
+  SavedState save();
+  /// Goes back to a state of a simulation that was made with the same arguments: this one or another one.
+  /// The same calls then give the same bits as they gave there. Counts as setting the state. Invalidates the
+  /// references returned before, except that of scene(). Allocates.
+  /// @throws Refused, and changes nothing, for a state of another scene, of other arguments, of another
+  /// version of this program, or of a CPU with another recursion()
+  void restore(const SavedState& saved);
+  /// Returns a simulation in the same state, which goes on by itself. Allocates.
+  std::unique_ptr<Simulation> copy();
+
   /// Restores the state after construction, time 0 included: the same calls give the same bits again.
   /// Invalidates the references returned before, except that of scene().
   void reset();
 
  private:
   struct Parts;
+  Scene sceneOfTheStart() const;
+  void saveOrRestore(Snapshot& snapshot);
+  const std::string& kind();
+
   Scene scene_;                      ///< with the laws that drive at present, and the tolerance
   const std::vector<Drive> drives_;  ///< those of the start
   const std::optional<BaseLaws> base_;
@@ -190,6 +231,7 @@ class Simulation {
   const int commandCapacity_;
   const bool measures_;
   long long timesSet_ = 0;
+  std::string kind_;  ///< of the states that it saves; empty: not computed yet
   std::unique_ptr<Parts> parts_;
 };
 

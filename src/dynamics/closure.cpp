@@ -51,7 +51,7 @@ void Closure::pose(const Couplings& at, const double* y) {
 /// Call pose() before.
 PointAt<double> Closure::tip(const Couplings& at, const double* y) {
   const BaseState base = at.base();
-  mechanism_.findRates(y + n_, base.rate, omega_.data());
+  mechanism_.toBodies(y + n_, base.rate, omega_.data());
   return sweepOutwards(mechanism_.chain(), PointAt<double>{base.pin, base.velocity}, e_.data(), omega_.data(),
                        y, y + n_, [](int, const PointAt<double>&) {});
 }
@@ -75,10 +75,10 @@ void Closure::couple(const Couplings& at) {
 /// The impulse on the chain at rest that moves the tip by so much, and change_, of which it is the cause.
 /// Call pose() before.
 TipReaction<double> Closure::impulse(Tip<double> tip) {
-  return recursion_
-      .accelerations({e_.data(), none_.data(), nullptr, {}}, nullptr, none_.data(), displaced_.data(), 0, tip,
-                     change_.data(), moments_.data())
-      .tip;
+  EndForces<double> ends;
+  recursion_.accelerations({e_.data(), none_.data(), nullptr, {}}, nullptr, none_.data(), displaced_.data(),
+                           0, tip, change_.data(), moments_.data(), ends);
+  return ends.tip;
 }
 
 double Closure::spread(const Couplings& at, const double* y) {

@@ -63,9 +63,21 @@ void Dynamics::enter(double t) {
   switched();
 }
 
+bool Dynamics::enter(double t, double* y) {
+  enter(t);
+  reconsider(t, y);
+  return hold(t, y);
+}
+
+bool Dynamics::begin(double t, double* y) {
+  enter(t);
+  enterState(t, y);
+  return hold(t, y);
+}
+
 void Dynamics::reconsider(double t, double* y) {
   if (general_) general_->forget();
-  if (effects_.haveSwitches()) change(t, y);
+  if (!effects_.events().empty()) fire(t, y);
 }
 
 void Dynamics::enterState(double t, const double* y) {
@@ -74,10 +86,17 @@ void Dynamics::enterState(double t, const double* y) {
   switched();
 }
 
-void Dynamics::change(double t, double* y, const ode::Crossing& found) {
+void Dynamics::fire(double t, double* y, const ode::LocatedEvent& located) {
   if (general_) general_->prepareChange();
-  effects_.change(t, y, found);
+  effects_.fire(t, y, located);
   switched();
+}
+
+void Dynamics::saveOrRestore(Snapshot& snapshot) {
+  effects_.saveOrRestore(snapshot);
+  if (general_) general_->saveOrRestore(snapshot);
+  snapshot(evaluations_, seriesOrders_);
+  if (snapshot.isReading()) switched();
 }
 
 void Dynamics::switched() {
@@ -253,12 +272,8 @@ Powers Dynamics::timeDerivativeOfLoads(double* slopes) {
 // ---- What others read ------------------------------------------------------------------------------
 
 Energy Dynamics::energy(double t, const double* y) const {
-  BaseState base;
-  if (const BaseLaws* laws = effects_.base()) {
-    const GivenMotion x = laws->x.at(t), yBase = laws->y.at(t), angle = laws->angle.at(t);
-    base = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
-  }
-  return energyOf(mechanism_.chain(), stores_, y, y + n_, base);
+  const BaseLaws* laws = effects_.base();
+  return energyOf(mechanism_.chain(), stores_, y, y + n_, laws ? stateOf(*laws, t) : BaseState{});
 }
 
 void Dynamics::accelerations(double t, const double* y, double* alpha) {

@@ -53,16 +53,23 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   const Effects& effects() const { return effects_; }
   /// Chooses what acts in [t, effects().until()).
   void enter(double t);
-  /// Call it after enter(): joints that stick may break loose, and switches of motors may be due.
+  /// The same at a state in chain order, after motions: joints that stick may break loose, and motors may be
+  /// at their lines. As hold().
+  bool enter(double t, double* y);
+  /// The same at a state that was set, whatever acted before. As hold().
+  bool begin(double t, double* y);
+  /// Call it if results for times to come are known that belong to other states.
   void reconsider(double t, double* y);
   /// See Effect. Call enter() after recall().
   void remember() { effects_.remember(); }
   void recall() { effects_.recall(); }
-  /// Sets every switch for a state in chain order.
+  /// Saves or restores what the effects and the counts are (simd/snapshot.h).
+  void saveOrRestore(Snapshot& snapshot);
+  /// Chooses what acts at a state in chain order.
   void enterState(double t, const double* y);
-  /// Makes the switches that are due at a state in chain order. Joints that come to rest are held.
-  /// found: as in Switching::change().
-  void change(double t, double* y, const ode::Crossing& found = {});
+  /// Fires the events that have happened at a state in chain order. Joints that come to rest are held.
+  /// located: as in Events::fire().
+  void fire(double t, double* y, const ode::LocatedEvent& located = {});
 
   // ---- Prescribed joints: driven or stuck
   // ------------------------------------------------------------------

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/pose.h"
 #include "dynamics/stored_energy.h"
 #include "lanes/segments.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 
@@ -71,7 +71,6 @@ Energy energyOf(const Chain& chain, const Stores& stores, const double* theta, c
     energy.elastic += stored;
     energy.potential -= link.mass * dot(chain.gravity(), x);
   });
-  for (const EffectKind* kind : stores.kinds) energy.elastic += kind->energyBetween(chain, theta);
   energy.potential += energy.elastic;
   for (std::size_t i = 0; i < stores.rotors.size(); ++i) {
     const double rate = coordinates.relative(omega, static_cast<int>(i));

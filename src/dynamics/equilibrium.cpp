@@ -13,10 +13,11 @@
 #include "dynamics/closure.h"
 #include "dynamics/effect_tangents.h"
 #include "dynamics/group_matrix.h"
-#include "dynamics/pose.h"
+#include "dynamics/place_terms.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/segments.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 
@@ -49,16 +50,14 @@ class Search {
       : scene_(scene),
         t_(t),
         coordinates_(scene.chain.coordinates()),
-        groups_(scene),
         n_(scene.chain.size()),
         effects_(scene, nullptr, &EffectKind::isInEquilibrium),
+        groups_(scene, effects_.anyForces(&Forces::dependOnPlace)),
         tangents_(n_, effects_),
         stores_(scene.chain),
         reach_(scene.chain.reach()) {
-    if (effects_.anyForces(&Forces::dependOnPlace))
-      throw std::domain_error("forces that depend on place, beside which none is sought");
     effects_.enter(t);
-    if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
+    if (scene.base) base_ = stateOf(*scene.base, t).atRest();
     matrix_.apart = groups_.displacements();
     for (int g = 0; g < groups_.displacements(); ++g)
       matrix_.turner.push_back(groups_.turner(groups_.first(g)));
@@ -66,7 +65,10 @@ class Search {
     // The moments that weights and forces can have: what residuals are compared with.
     double reach = 0;
     for (const Link& link : scene.chain.links()) reach += length(link.pin) + length(link.com);
-    for (const Link& link : scene.chain.links()) scale_ += link.mass * length(scene.chain.gravity()) * reach;
+    for (const Link& link : scene.chain.links()) {
+      scale_ += link.mass * length(scene.chain.gravity()) * reach;
+      scale_ += stiffnessOf(link) * std::max(reach, reach_) * reach_;
+    }
     for (const auto& [load, factor] : loads_) {
       scale_ +=
           std::abs(factor) * (length(load->force) * reach + std::abs(load->moment) + std::abs(load->torque));
@@ -79,10 +81,8 @@ class Search {
     if (scene.tip) hold();
     N_.resize(n_);
     still_.setZero(n_);
-    F_.resize(index(n_));
     e_.resize(index(n_));
-    pinVelocity_.resize(index(n_));
-    place_.resize(index(n_));
+    for (auto* vectors : {&F_, &pinVelocity_, &place_}) vectors->resize(index(n_));
   }
 
   std::vector<double> from(std::vector<double> q, int mostSteps, const std::function<bool()>& keepGoing) {
@@ -92,7 +92,7 @@ class Search {
     for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
     Eigen::VectorXd theta(n_);
     coordinates_.toAbsolute(q.data(), theta.data());
-    for (int i = 0; i < coordinates_.leading() && !held_; ++i) {
+    for (int i = 0; i < coordinates_.leading() && !held_ && !groups_.dependOnPlace(); ++i) {
       if (!groups_.isDriven(i)) settleCarriage(i, theta);
     }
     const Eigen::VectorXd start = theta;
@@ -228,12 +228,11 @@ class Search {
 
   /// Γ and the tridiagonal matrix of the groups.
   void find(const Eigen::VectorXd& theta) {
-    for (int j = 0; j < n_; ++j)
-      e_[index(j)] = plainRotation(coordinates_.angle(theta.data(), j) + baseAngle_);
+    pose(theta);
     N_.setZero();
     std::fill(F_.begin(), F_.end(), Vec2d{});
     effects_.enterState(t_, (Eigen::VectorXd(2 * n_) << theta, still_).finished().data());
-    const ChainState at{t_, theta.data(), still_.data(), e_.data(), pinVelocity_.data()};
+    const ChainState at{t_, theta.data(), still_.data(), e_.data(), pinVelocity_.data(), 0, place_.data()};
     effects_.apply(at, {N_.data(), F_.data()});
     tangents_.takeConstant(effects_);
     tangents_.takeJoints(effects_, at);
@@ -243,16 +242,26 @@ class Search {
     matrix_.kappa.setZero(groups);
     matrix_.spring.setZero(groups);
     Vec2d outer;
-    if (held_) {
-      outer = held_->force;
-      for (Eigen::VectorXd& x : held_->x) x.setZero(groups);
-    }
+    if (held_) outer = held_->force;
     matrix_.across.setZero(matrix_.apart);
     for (int j = n_ - 1; j >= 0; --j) addBody(j, theta[j], outer);
     for (int g = 0; g < groups; ++g) {
       const int first = groups_.first(g);
       matrix_.spring[g] = unitOf(first) * unitOf(first) * tangents_.k[index(first)];
     }
+    matrix_.terms.clear();
+    const GroupedPose posed{scene_.chain, groups_, reach_, e_.data(), theta.data()};
+    for (int j = 0; groups_.dependOnPlace() && j < n_; ++j)
+      addPlaceTerms(posed, tangents_.bodies[index(j)].K, j, matrix_.terms);
+    for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
+      held_->x[r] = posed.tipAlong(held_->at.tip.row[index(r)]);
+  }
+  /// Places the bodies.
+  void pose(const Eigen::VectorXd& theta) {
+    for (int j = 0; j < n_; ++j)
+      e_[index(j)] = plainRotation(coordinates_.angle(theta.data(), j) + base_.angle);
+    sweepOutwards(scene_.chain, PointAt<double>{base_.pin, {}}, e_.data(), still_.data(), theta.data(),
+                  still_.data(), [&](int j, const PointAt<double>& own) { place_[index(j)] = own.place; });
   }
   /// What body j and all further out add. x: its coordinate; outer: the forces further out, which it joins.
   void addBody(int j, double x, Vec2d& outer) {
@@ -262,15 +271,10 @@ class Search {
     const Vec2d all = outer + weight + F_[index(j)];
     const int turned = groups_.turner(j);
     const bool isPrismatic = coordinates_.isPrismatic(j);
-    const auto moveTip = [&](int group, Vec2d by) {
-      for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
-        held_->x[r][group] += dot(held_->at.tip.row[index(r)], by);
-    };
     if (turned >= 0) {
       moment_[turned] += (isPrismatic ? 0 : N_[j]) + cross(R, weight) + cross(P, outer);
       matrix_.kappa[turned] += dot(R, weight) + dot(P, outer);
       if (!isPrismatic && !tangents_.XF.empty()) matrix_.kappa[turned] += tangents_.XF[index(j)];
-      moveTip(turned, perp(P));
     }
     if (isPrismatic) {
       const Vec2d d = axisOf(j), S = x * d;
@@ -278,12 +282,10 @@ class Search {
       if (turned >= 0) {
         moment_[turned] += cross(S, all);
         matrix_.kappa[turned] += dot(S, all);
-        moveTip(turned, perp(S));
       }
       if (own >= 0) {
         moment_[own] += reach_ * N_[j] + dot(reach_ * d, all);
         matrix_.across[own] = -dot(reach_ * perp(d), all);
-        moveTip(own, reach_ * d);
       }
     }
     outer = all;
@@ -291,13 +293,9 @@ class Search {
   Vec2d axisOf(int i) const { return e_[index(i)] * scene_.chain.joints()[index(i)].axis; }
   /// V of weights, springs, stops and loads, J.
   double energyAt(const Eigen::VectorXd& theta) {
-    const BaseState base{{}, {}, baseAngle_, 0};
-    double energy = energyOf(scene_.chain, stores_, theta.data(), still_.data(), base).potential;
+    double energy = energyOf(scene_.chain, stores_, theta.data(), still_.data(), base_).potential;
     if (loads_.empty()) return energy;
-    for (int j = 0; j < n_; ++j)
-      e_[index(j)] = plainRotation(coordinates_.angle(theta.data(), j) + baseAngle_);
-    sweepOutwards(scene_.chain, PointAt<double>{}, e_.data(), still_.data(), theta.data(), still_.data(),
-                  [&](int j, const PointAt<double>& own) { place_[index(j)] = own.place; });
+    pose(theta);
     for (const auto& [load, factor] : loads_) {
       if (load->joint != Load::none)
         energy -= factor * load->torque * coordinates_.relative(theta.data(), load->joint);
@@ -375,14 +373,15 @@ class Search {
   const Scene& scene_;
   double t_;
   const Coordinates coordinates_;
-  const BodyGroups groups_;
   int n_, pushes_ = 0;
   GroupMatrix matrix_;
   Effects effects_;
+  const BodyGroups groups_;
   EffectTangents tangents_;
   const Stores stores_;
   const double reach_;
-  double baseAngle_ = 0, scale_ = 0, acting_ = 0;  ///< acting_: of weights and loads alone
+  BaseState base_;                 ///< where it stands still
+  double scale_ = 0, acting_ = 0;  ///< acting_: of weights, loads and springs to the ground alone
   std::optional<Held> held_;
   std::vector<std::pair<const Load*, double>> loads_;  ///< and their factors
   Eigen::VectorXd N_, still_, moment_;

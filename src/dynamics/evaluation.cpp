@@ -11,9 +11,10 @@ Evaluation::Evaluation(const Mechanism& mechanism, const Effects& effects)
   y.resize(2 * n);
   e.resize(index(ShortChain::roomFor(mechanism.size())));
   for (auto* numbers : {&N, &xdd, &moments}) numbers->resize(n);
-  for (auto* vectors : {&F, &pinVelocity}) vectors->resize(n);
+  if (effects.mostActing() == LoadKind::forces) {
+    for (auto* vectors : {&F, &pinVelocity}) vectors->resize(n);
+  }
   if (effects.anyForces(&Forces::dependOnPlace)) pin.resize(n);
-  if (isMixed) bodyAngles.resize(n);
   if (isMixed) displaced.resize(n);
   if (isMixed || moves) bodyRates.resize(n);
   if (moves) slopesOnBase.resize(n);
@@ -25,7 +26,8 @@ Evaluator::Evaluator(const Mechanism& mechanism, const Effects& effects)
       n_(mechanism.size()),
       recursion_(mechanism.chain(), effects.base() != nullptr),
       couplings_(n_),
-      torques_(index(n_)) {}
+      torques_(index(n_)),
+      angles_(mechanism.coordinates().anyIsPrismatic() ? index(n_) : 0) {}
 
 // ---- A state -----------------------------------------------------------------------------------------
 
@@ -64,7 +66,8 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
     to.groundTurning = couplings_.angle.acceleration;
   }
 
-  const double* angles = pose(to);
+  const bool turnsThere = to.isPlain && angles_.empty() && effects_.acting() != LoadKind::forces;
+  const double* angles = turnsThere ? to.y.data() : pose(to);
   if (effects_.acting() == LoadKind::forces) placePins(to);
   std::fill(to.N.begin(), to.N.end(), 0.0);
   to.powers = effects_.act() ? effects_.apply(to.state(), {to.N.data(), to.F.data()}) : Powers{};
@@ -78,21 +81,21 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
 
 /// The rates and rotations of the bodies, and prismatic joints. Returns the angles if the recursion may
 /// rotate the bodies itself.
-const double* Evaluator::pose(Evaluation& to) const {
+const double* Evaluator::pose(Evaluation& to) {
   const Coordinates& coordinates = mechanism_.coordinates();
   const double *x = to.y.data(), *rates = x + n_;
   const double* angles = x;
-  if (!to.bodyRates.empty()) mechanism_.findRates(rates, to.base.rate, to.bodyRates.data());
-  const bool isMixed = coordinates.anyIsPrismatic();
+  if (!to.bodyRates.empty()) mechanism_.toBodies(rates, to.base.rate, to.bodyRates.data());
   if (to.base.angle != 0 || effects_.acting() == LoadKind::forces || coordinates.anyIsInside()) {
     mechanism_.rotate(x, to.base.angle, to.e.data());
     angles = nullptr;
-  } else if (isMixed) {
-    for (int j = 0; j < n_; ++j) to.bodyAngles[index(j)] = coordinates.angle(x, j);
+  } else if (!angles_.empty()) {
+    mechanism_.toBodies(x, 0, angles_.data());
     std::fill_n(to.e.begin(), coordinates.leading(), Rotation<double>{});
-    angles = to.bodyAngles.data();
+    angles = angles_.data();
   }
-  for (int j = 0; isMixed && j < n_; ++j) {
+  const int end = coordinates.anyIsInside() ? n_ : coordinates.leading();
+  for (int j = 0; j < end; ++j) {
     const auto i = index(j);
     if (coordinates.isPrismatic(j))
       to.displaced[i] =
@@ -113,9 +116,9 @@ void Evaluator::placePins(Evaluation& to) const {
 }
 
 inline void Evaluator::run(Evaluation& to, const double* angles) {
-  to.ends =
-      recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, angles, to.omega(),
-                               to.displaced.data(), to.groundTurning, tip_, to.xdd.data(), to.moments.data());
+  recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, angles, to.omega(),
+                           to.displaced.data(), to.groundTurning, tip_, to.xdd.data(), to.moments.data(),
+                           to.ends);
 }
 
 /// The power of drives and base, W.

@@ -6,8 +6,8 @@
 /// If the base turns by φ(t), y holds angles ψ = θ − φ and ψ̇, so that ψ_1 = q_1. The recursion has θ. With
 /// M_0 the moment of the base on the chain about the ground pin, F_0 its force,
 ///
-///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of prescribed joints + F_0·v_base + M_0 φ̇
-///     + λ·v_tip
+///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of prescribed joints
+///                  + F_0·v_base + M_0 φ̇ + λ·v_tip
 ///
 /// Coordinates of prismatic joints are displacements; their N and μ are forces along the axis. Pins are the
 /// own points of the bodies.
@@ -23,6 +23,18 @@
 #include "lanes/general_chain.h"
 
 namespace planar_chain {
+
+/// A vector whose size never changes, so that assignment copies the values alone.
+template <class T>
+class Values : public std::vector<T> {
+ public:
+  Values() = default;
+  Values(const Values&) = default;
+  Values& operator=(const Values& other) {
+    std::copy(other.begin(), other.end(), this->begin());
+    return *this;
+  }
+};
 
 /// Results at one state: a value. Vectors have ground components.
 struct Evaluation {
@@ -43,24 +55,23 @@ struct Evaluation {
 
   bool isPlain;  ///< the base stands still, and the tip is free
   bool isKnown = false;
-  bool hasMoments = false;                      ///< of a welded chain: then `moments` are known
-  double t = 0;                                 ///< s
-  std::vector<double> y;                        ///< [ψ ψ̇]
-  BaseState base;                               ///< at t
-  Vec2d ground;                                 ///< acceleration of the ground pin less gravity, m/s²
-  double groundTurning = 0;                     ///< angular acceleration of the base, rad/s²
-  std::vector<Rotation<double>> e;              ///< exp(i θ_j) of the bodies
-  std::vector<double> N;                        ///< moments of the effects about the own points, N m
-  std::vector<double> xdd;                      ///< of the coordinates, angles against the ground
-  std::vector<double> moments;                  ///< μ in the joints, N m
-  std::vector<double> bodyAngles;               ///< ψ of the bodies, if a joint is prismatic
-  std::vector<double> bodyRates;                ///< if a joint is prismatic or the base moves
-  std::vector<double> slopesOnBase;             ///< if the base moves
-  std::vector<Displacement<double>> displaced;  ///< of prismatic joints, if there are any
-  EndForces<double> ends;                       ///< the wrench of the base only if it moves
-  std::vector<Vec2d> F, pinVelocity;            ///< if forces act
-  std::vector<Vec2d> pin;                       ///< places of the pins, if a force depends on them
-  Powers powers;                                ///< of effects, drives and base, W
+  bool hasMoments = false;                 ///< of a welded chain: then `moments` are known
+  double t = 0;                            ///< s
+  Values<double> y;                        ///< [ψ ψ̇]
+  BaseState base;                          ///< at t
+  Vec2d ground;                            ///< acceleration of the ground pin less gravity, m/s²
+  double groundTurning = 0;                ///< angular acceleration of the base, rad/s²
+  Values<Rotation<double>> e;              ///< exp(i θ_j) of the bodies
+  Values<double> N;                        ///< moments of the effects about the own points, N m
+  Values<double> xdd;                      ///< of the coordinates, angles against the ground
+  Values<double> moments;                  ///< μ in the joints, N m
+  Values<double> bodyRates;                ///< if a joint is prismatic or the base moves
+  Values<double> slopesOnBase;             ///< if the base moves
+  Values<Displacement<double>> displaced;  ///< of prismatic joints, if there are any
+  EndForces<double> ends;                  ///< the wrench of the base only if it moves
+  Values<Vec2d> F, pinVelocity;            ///< if forces act
+  Values<Vec2d> pin;                       ///< places of the pins, if a force depends on them
+  Powers powers;                           ///< of effects, drives and base, W
 };
 
 /// Only the constructor allocates.
@@ -81,7 +92,7 @@ class Evaluator {
  private:
   void takeCouplings(double t);
   void takeLaws();
-  const double* pose(Evaluation& to) const;
+  const double* pose(Evaluation& to);
   void placePins(Evaluation& to) const;
   void run(Evaluation& to, const double* angles);
   double couplingPower(const Evaluation& at);
@@ -98,6 +109,7 @@ class Evaluator {
   Couplings couplings_;
   Tip<double> tip_;  ///< at these couplings
   std::vector<double> torques_;
+  std::vector<double> angles_;  ///< of the bodies, if a joint is prismatic
 };
 
 }  // namespace planar_chain

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "recursion/general_linearized.h"
+
 namespace planar_chain {
 
 template <class Scalar>
@@ -13,12 +15,9 @@ ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
     } else {
       solver.plain.emplace(*solver_.plain);
     }
-  } else if (tangents_.bodies.empty()) {
-    solver.general =
-        std::make_unique<GeneralLinearized<Scalar, 1>>(general_->bodies, nullptr, effects_.holdTip());
   } else {
-    solver.general = std::make_unique<GeneralLinearized<Scalar, 3>>(general_->bodies, tangents_.bodies.data(),
-                                                                    effects_.holdTip());
+    const ForceTangent* tangents = tangents_.bodies.empty() ? nullptr : tangents_.bodies.data();
+    solver.general = makeGeneralSolve<Scalar>(general_->bodies, tangents, effects_.holdTip());
   }
   return solver;
 }

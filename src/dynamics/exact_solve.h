@@ -22,7 +22,8 @@
 #include "dynamics/motion_change.h"
 #include "lanes/linearized_segments.h"
 #include "ode/system.h"
-#include "recursion/general_linearized.h"
+#include "recursion/general_bodies.h"
+#include "recursion/general_solve.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {

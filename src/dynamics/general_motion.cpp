@@ -42,7 +42,22 @@ void GeneralMotion::forget(bool holds) {
 }
 
 void GeneralMotion::prepareChange() {
-  if (effects_.haveUncoupledSwitches()) forget();  // couplers do so themselves, if they change
+  if (effects_.haveUncoupledEvents()) forget();  // couplers do so themselves, if they change
+}
+
+void GeneralMotion::saveOrRestore(Snapshot& snapshot) {
+  if (snapshot.isReading()) forget();
+  for (Evaluation* known : {&stepped_, &asked_}) {
+    bool isKnown = known->isKnown;
+    snapshot(isKnown);
+    if (!isKnown) continue;
+    snapshot(known->t, known->y);
+    if (!snapshot.isReading()) continue;
+    settled_ = known->y;
+    isWelded() ? runWelded(known->t, settled_.data(), *known)
+               : evaluator_.evaluate(known->t, settled_.data(), *known);
+  }
+  snapshot(evaluations_);
 }
 
 // ---- Results -------------------------------------------------------------------------------------------

@@ -43,8 +43,10 @@ class GeneralMotion final : private Mechanics {
 
   /// After Effects::enter(), and before Effects::enterState().
   void forget() { forget(true); }
-  /// Before Effects::change().
+  /// Before Effects::fire().
   void prepareChange();
+  /// After Effects::saveOrRestore(): the count, and the states whose results are known.
+  void saveOrRestore(Snapshot& snapshot);
 
   // ---- Results; valid until the next call -------------------------------------------------------------
 

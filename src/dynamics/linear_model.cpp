@@ -1,18 +1,175 @@
 #include "planar_chain/linear_model.h"
 
+#include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 #include "dynamics/entered.h"
 #include "dynamics/general_motion.h"
+#include "dynamics/given_state.h"
 #include "dynamics/motion_change.h"
+#include "effects/motors.h"
+#include "planar_chain/kane.h"
 
 namespace planar_chain {
 
-LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
-  const int n = scene.chain.size();
+namespace {
+
+using Eigen::VectorXd;
+
+std::string shown(double number) {
+  char text[30];
+  std::snprintf(text, sizeof text, "%.9g", number);
+  return text;
+}
+
+/// "a, b and c"
+std::string listed(const std::vector<std::string>& words) {
+  std::string list;
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    list += (k == 0 ? "" : k + 1 < words.size() ? ", " : " and ") + words[k];
+  }
+  return list;
+}
+
+// ---- The torques ------------------------------------------------------------------------------------
+
+/// The torques that make q̈ = 0, or of driven joints that of their laws.
+VectorXd holdingTorques(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd) {
+  VectorXd qdd = VectorXd::Zero(q.size());
+  for (const Drive& drive : scene.drives) qdd[drive.joint] = drive.law.at(t).acceleration;
+  VectorXd tau = inverseDynamics(scene, t, q, qd, qdd);
+  for (const Drive& drive : scene.drives) tau[drive.joint] = 0;
+  return tau;
+}
+
+VectorXd checked(const Scene& scene, const VectorXd& tau) {
+  std::vector<Fault> faults;
+  if (checkNumbers("tau", scene, tau, "N m", faults)) {
+    for (const Drive& drive : scene.drives) {
+      if (tau[drive.joint] == 0) continue;
+      faults.push_back({"tau", "0 N m in the driven joint " + scene.chain.joints()[index(drive.joint)].name,
+                        toText(tau[drive.joint])});
+    }
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
+  return tau;
+}
+
+/// The scene with these torques, and without friction in joints at rest if they slip.
+Scene sceneAbout(const Scene& given, const VectorXd& qd, const OperatingPoint& about) {
+  Scene scene = given;
+  if (!about.slips) return scene;
+  std::vector<Joint> joints = scene.chain.joints();
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (qd[static_cast<Eigen::Index>(i)] != 0) continue;
+    for (const char* key : {"friction", "breakaway"}) {
+      if (joints[i].has(key)) joints[i].others.set(key, 0);
+    }
+  }
+  scene.chain = Chain(scene.chain.links(), std::move(joints), scene.chain.gravity());
+  return scene;
+}
+
+void addTorques(const VectorXd& tau, Scene& scene) {
+  for (int i = 0; i < tau.size(); ++i) {
+    if (tau[i] != 0) scene.loads.push_back({"tau", Load::none, {}, {}, 0, i, tau[i]});
+  }
+}
+
+// ---- The notes --------------------------------------------------------------------------------------
+
+void noteSticking(const Scene& scene, const Couplings& couplings, std::vector<std::string>& notes) {
+  std::vector<bool> isDriven(scene.q.size(), false);
+  for (const Drive& drive : scene.drives) isDriven[index(drive.joint)] = true;
+  std::vector<std::string> stuck;
+  for (std::size_t i = 0; i < isDriven.size(); ++i) {
+    if (couplings.joints[i].isPrescribed && !isDriven[i]) stuck.push_back(scene.chain.joints()[i].name);
+  }
+  if (stuck.empty()) return;
+  notes.push_back(listed(stuck) + (stuck.size() > 1 ? " stick" : " sticks") +
+                  ": A and B hold while the friction does, and the columns of B are 0. friction \"slips\" "
+                  "linearizes a joint at rest as one that slips");
+}
+
+/// Of a chain at rest. along: the accelerations; given: without the torques tau.
+void noteMotion(const Scene& given, double t, const VectorXd& q, const VectorXd& qdd,
+                std::vector<std::string>& notes) {
+  constexpr double still = 1e-6;  // rad/s², m/s²: torques of six digits hold it no better
+  std::vector<std::string> moving;
+  for (int i = 0; i < q.size(); ++i) {
+    if (!(std::abs(qdd[i]) > still)) continue;
+    const Joint& joint = given.chain.joints()[index(i)];
+    moving.push_back(joint.name + " " + shown(qdd[i]) + (joint.isPrismatic ? " m/s^2" : " rad/s^2"));
+  }
+  if (moving.empty()) return;
+  std::string note = "this state is no equilibrium, its accelerations are not 0: " + listed(moving);
+  try {
+    const VectorXd tau = holdingTorques(given, t, q, VectorXd::Zero(q.size()));
+    std::string numbers;
+    for (int i = 0; i < tau.size(); ++i) numbers += (i > 0 ? "," : "") + shown(tau[i]);
+    note += ". The torques tau = " + numbers + " would hold it";
+  } catch (const Refused&) {  // the held tip moves
+  }
+  notes.push_back(note);
+}
+
+/// With `hasMotors` only dead times are left out.
+void noteMotors(const Scene& scene, bool hasMotors, std::vector<std::string>& notes) {
+  std::vector<std::string> left;
+  for (const Joint& joint : scene.chain.joints()) {
+    const double delay = joint.other("command_delay");
+    if (delay > 0) {
+      left.push_back("of " + joint.name + " (command_delay " + shown(delay) + " s)");
+    } else if (!hasMotors && changesCommands(joint)) {
+      left.push_back("of " + joint.name);
+    }
+  }
+  if (left.empty()) return;
+  notes.push_back(hasMotors ? "A and B have no command delays, " + listed(left)
+                            : "A and B have no motors and no command delays, " + listed(left) +
+                                  "; dtau is the torque that acts");
+}
+
+// ---- Motors -----------------------------------------------------------------------------------------
+
+/// T ẋ = u − x. The torque is x, or on the line it changes by −damping δq̇ alone.
+void addMotors(const std::vector<LinearMotor>& motors, LinearModel& model) {
+  const Eigen::Index n = model.B.cols(), states = 2 * n;
+  const Eigen::MatrixXd acts = model.B;
+  Eigen::Index lags = 0;
+  for (const LinearMotor& motor : motors) lags += motor.lag > 0;
+  model.A.conservativeResizeLike(Eigen::MatrixXd::Zero(states + lags, states + lags));
+  model.B.conservativeResizeLike(Eigen::MatrixXd::Zero(states + lags, n));
+  Eigen::Index lagged = states;
+  for (const LinearMotor& motor : motors) {
+    const Eigen::Index j = motor.joint;
+    model.A.col(n + j).head(states) -= motor.damping * acts.col(j);
+    const VectorXd byTorque = (motor.isFree ? 1 : 0) * acts.col(j);
+    model.B.col(j).setZero();
+    if (motor.lag > 0) {
+      model.A.col(lagged).head(states) = byTorque;
+      model.A(lagged, lagged) = -1 / motor.lag;
+      model.B(lagged++, j) = motor.isCutOff ? 0 : 1 / motor.lag;
+    } else if (!motor.isCutOff) {
+      model.B.col(j).head(states) = byTorque;
+    }
+  }
+}
+
+}  // namespace
+
+LinearModel linearModel(const Scene& given, double t, const VectorXd& q, const VectorXd& qd,
+                        const OperatingPoint& about) {
+  const int n = given.chain.size();
   if (q.size() != n || qd.size() != n) {
     throw std::invalid_argument("q and qd must have one value a joint");
   }
+  Scene scene = sceneAbout(given, qd, about);
+  const Scene bare = scene;
+  VectorXd tau =
+      about.isHeld ? holdingTorques(scene, t, q, qd) : checked(scene, about.tau.value_or(VectorXd::Zero(n)));
+  addTorques(tau, scene);
   Entered entered(scene, t, q, qd);
   const Evaluation& at = entered.evaluation();
   EffectTangents tangents(n, entered.effects);
@@ -41,13 +198,21 @@ LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, 
     return result;
   };
 
-  LinearModel model{Eigen::MatrixXd::Zero(2 * n, 2 * n), Eigen::MatrixXd::Zero(2 * n, n)};
+  LinearModel model{Eigen::MatrixXd::Zero(2 * n, 2 * n), Eigen::MatrixXd::Zero(2 * n, n), std::move(tau)};
+  noteSticking(scene, couplings, model.notes);
+  if (qd.isZero(0)) {
+    VectorXd qdd(n);
+    coordinates.toRelative(at.slopes(), qdd.data());
+    noteMotion(bare, t, q, qdd, model.notes);
+  }
+  noteMotors(scene, about.motors.has_value(), model.notes);
   model.A.topRightCorner(n, n).setIdentity();
   for (int j = 0; j < n; ++j) {
     model.A.col(j).tail(n) = along(j, 1, 0, -tangents.k[index(j)]);
     model.A.col(n + j).tail(n) = along(j, 0, 1, -tangents.d[index(j)]);
     model.B.col(j).tail(n) = along(j, 0, 0, 1);
   }
+  if (about.motors) addMotors(*about.motors, model);
   return model;
 }
 

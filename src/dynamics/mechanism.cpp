@@ -32,9 +32,17 @@ void Mechanism::rotate(const double* x, double angle, Rotation<double>* e) const
   for (int j = 0; j < n_; ++j) e[j] = turn * e[j];
 }
 
-void Mechanism::findRates(const double* rates, double rate, double* omega) const {
+void Mechanism::toBodies(const double* x, double ofBase, double* angles) const {
   const Coordinates& coordinates = chain_.coordinates();
-  for (int j = 0; j < n_; ++j) omega[j] = coordinates.angle(rates, j) + rate;
+  const int leading = coordinates.leading();
+  if (coordinates.anyIsInside()) {
+    for (int j = leading; j < n_; ++j) angles[j] = coordinates.angle(x, j);
+  } else {
+    std::copy(x + leading, x + n_, angles + leading);
+  }
+  std::fill_n(angles, leading, 0.0);
+  if (ofBase == 0) return;
+  for (int j = 0; j < n_; ++j) angles[j] += ofBase;
 }
 
 void Mechanism::toLanes(const double* inOrder, double* inLanes) const {

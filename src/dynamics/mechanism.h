@@ -6,11 +6,11 @@
 #include <optional>
 #include <variant>
 
-#include "dynamics/pose.h"
 #include "lanes/arrangement.h"
 #include "lanes/segments.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 
@@ -36,8 +36,8 @@ class Mechanism {
   /// Writes the rotations of all n bodies in chain order, from their coordinates, on a base that is turned by
   /// `angle`. Allocates nothing.
   void rotate(const double* x, double angle, Rotation<double>* e) const;
-  /// Writes the rates of all bodies from those of the coordinates, on a base that turns at `rate`.
-  void findRates(const double* rates, double rate, double* omega) const;
+  /// Writes the angles of all bodies from their coordinates, on a base with this angle; and likewise rates.
+  void toBodies(const double* x, double ofBase, double* angles) const;
 
   /// [θ ω] from chain order to lane order and back; not in place. Allocate nothing.
   void toLanes(const double* inOrder, double* inLanes) const;

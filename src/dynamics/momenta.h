@@ -16,9 +16,9 @@
 
 #include "dynamics/add_carried.h"
 #include "dynamics/mechanism.h"
-#include "dynamics/pose.h"
 #include "effects/effects.h"
 #include "planar_chain/scene.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 

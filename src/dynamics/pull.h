@@ -25,11 +25,11 @@
 #include <cmath>
 #include <vector>
 
-#include "dynamics/pose.h"
 #include "effects/effect_kind.h"
 #include "lanes/general_chain.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
+#include "recursion/pose.h"
 
 namespace planar_chain {
 
@@ -137,8 +137,9 @@ class Pull {
     const int turner = coordinates.turner(link);
     if (turner >= 0) N_[index(turner)] = cross(arm, force);
     F_[index(link)] = force;
+    EndForces<double> ends;
     recursion_.accelerations({e_.data(), N_.data(), F_.data(), {}}, nullptr, still_.data(), displaced_.data(),
-                             0, {}, xdd_.data(), moments_.data());
+                             0, {}, xdd_.data(), moments_.data(), ends);
     if (turner >= 0) N_[index(turner)] = 0;
     F_[index(link)] = {};
 

@@ -9,7 +9,7 @@ namespace planar_chain {
 /// Beside a held tip nothing else that couples has a series.
 bool Dynamics::hasSeries() const {
   const bool isMixed = mechanism_.coordinates().anyIsPrismatic();
-  const bool couples = effects_.couplers().size() > 1 || effects_.anyForces(&Forces::dependOnMotion);
+  const bool couples = effects_.couplers().size() > 1;
   return effects_.haveSeries() && !(holdsTip() && (isMixed || couples));
 }
 

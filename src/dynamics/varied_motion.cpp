@@ -2,11 +2,38 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "dynamics/closed_state.h"
 
 namespace planar_chain {
+
+// ---- An event ----------------------------------------------------------------------------------------
+
+EventPlace::EventPlace(const Effects& effects, const ode::LocatedEvent& located, double t, const double* y) {
+  const ode::EventList& events = effects.events();
+  double most = -std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < events.size(); ++k) {
+    if (located.by && located.by != events[k]) continue;
+    std::vector<double> g(index(events[k]->most()));
+    events[k]->values(t, y, g.data());
+    for (int i = 0; i < events[k]->count(); ++i) {
+      const bool isIt = located.by ? i == located.which : g[index(i)] > most;
+      if (!isIt) continue;
+      list = k;
+      which = i;
+      most = g[index(i)];
+    }
+  }
+}
+
+double EventPlace::valueIn(const Effects& effects, double t, const double* y) const {
+  const ode::EventFunctions& events = *effects.events()[list];
+  std::vector<double> g(index(events.most()));
+  events.values(t, y, g.data());
+  return g[index(which)];
+}
 
 // ---- A number of the scene ---------------------------------------------------------------------------
 
@@ -27,7 +54,7 @@ bool NearScenes::enter(double t, const Effects& effects) {
   return std::all_of(all_.begin(), all_.end(), [&](const std::unique_ptr<One>& one) {
     one->effects.enter(t);
     one->motion.forget();
-    return one->effects.takeSwitches(effects) && one->effects.until() == effects.until();
+    return one->effects.takeFrom(effects) && one->effects.until() == effects.until();
   });
 }
 
@@ -39,9 +66,9 @@ void NearScenes::slopes(double t, const double* y, double* to) {
   }
 }
 
-double NearScenes::due(double t, const Eigen::VectorXd& y) const {
+double NearScenes::eventSlope(const EventPlace& event, double t, const double* y) const {
   double sum = 0;
-  for (const auto& one : all_) sum += one->weight * one->effects.due(t, y);
+  for (const auto& one : all_) sum += one->weight * event.valueIn(one->effects, t, y);
   return sum;
 }
 

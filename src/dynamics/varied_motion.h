@@ -24,6 +24,16 @@
 
 namespace planar_chain {
 
+/// An event function among those of the effects of a scene.
+struct EventPlace {
+  /// The one that was located, or else the one that is most above 0.
+  EventPlace(const Effects& effects, const ode::LocatedEvent& located, double t, const double* y);
+  double valueIn(const Effects& effects, double t, const double* y) const;
+
+  std::size_t list = 0;
+  int which = 0;
+};
+
 /// The scenes near one in a number, at the same states.
 class NearScenes {
  public:
@@ -34,8 +44,8 @@ class NearScenes {
   bool enter(double t, const Effects& effects);
   /// ∂f/∂p: of the rates, n values.
   void slopes(double t, const double* y, double* to);
-  /// ∂g/∂p of what is due next.
-  double due(double t, const Eigen::VectorXd& y) const;
+  /// ∂g/∂p of an event.
+  double eventSlope(const EventPlace& event, double t, const double* y) const;
   /// ∂(θ, ω)/∂p at the start, 2n values.
   Eigen::VectorXd start() const;
 

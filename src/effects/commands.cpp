@@ -148,6 +148,15 @@ std::vector<Load> CommandEffect::inForce(double t, const double* /*omega*/) cons
   return loads;
 }
 
+std::vector<LinearMotor> CommandEffect::motorsAt(double t, const double* /*omega*/) const {
+  std::vector<LinearMotor> motors;
+  for (int i = 0; i < static_cast<int>(limits_.size()); ++i) {
+    const bool isCutOff = sideAt(t, index(i)) != 0;
+    if (isCutOff || hasMotor(i)) motors.push_back({i, 0, isCutOff});
+  }
+  return motors;
+}
+
 // ---- The limit -------------------------------------------------------------------------------------
 
 namespace {

@@ -14,6 +14,7 @@
 
 #include "effects/effect_kind.h"
 #include "effects/timed_terms.h"
+#include "planar_chain/linear_motor.h"
 
 namespace planar_chain {
 
@@ -43,6 +44,8 @@ class CommandEffect : public TimedTerms {
   /// Returns what acts at t, as loads of a scene would say it. omega: the rates ω, in chain order; nullptr:
   /// at rest, with motors that have reached what is commanded.
   virtual std::vector<Load> inForce(double t, const double* omega) const;
+  /// Returns the joints whose commanded torques do not act as they are: cut off, or through a motor.
+  virtual std::vector<LinearMotor> motorsAt(double t, const double* omega) const;
   /// Lets motors reach what is commanded at t at once.
   virtual void finish(double /*t*/) {}
   /// True if a command for this joint acts from its start on; `none`: for a link.
@@ -53,6 +56,10 @@ class CommandEffect : public TimedTerms {
   double shareOf(int joint, double acting) const { return isCutOff(joint) ? 0 : passedOn(joint, acting); }
   void remember() override { remembered_ = cut_; }
   void recall() override { cut_ = remembered_; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    TimedTerms::saveOrRestore(snapshot);
+    snapshot(held_, waiting_, timed_, cut_.sides, cut_.counts);
+  }
   /// Returns how often the torque in each joint came to be cut off.
   const std::vector<long long>& cutOffs() const { return cut_.counts; }
 

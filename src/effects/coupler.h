@@ -18,7 +18,13 @@ class Mechanics;
 struct BaseState {
   Vec2d pin, velocity;
   double angle = 0, rate = 0;
+
+  BaseState atRest() const { return {pin, {}, angle, 0}; }
 };
+inline BaseState stateOf(const BaseLaws& laws, double t) {
+  const GivenMotion x = laws.x.at(t), y = laws.y.at(t), angle = laws.angle.at(t);
+  return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate};
+}
 
 /// What couples at one time, or one order of its Taylor series: of each joint, and the motion of the base.
 struct Couplings {

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "effects/first_due.h"
-#include "effects/passing.h"
+#include <vector>
 
 namespace planar_chain {
 
@@ -22,7 +20,7 @@ double leastRateOf(const Scene& scene, const Joint& joint) {
   return unit * (scene.tip ? std::max(least, leftOver) : least);
 }
 
-class Drags : public Effect, public Switching {
+class Drags : public Effect, public Events, private ode::EventFunctions {
  public:
   explicit Drags(const Scene& scene) : coordinates_(scene.chain.coordinates()), n_(scene.chain.size()) {
     for (int i = 0; i < n_; ++i) {
@@ -77,47 +75,24 @@ class Drags : public Effect, public Switching {
     }
   }
 
-  // The sign of q̇ is a switch.
-  Switching* switching() override { return this; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    for (Drag& drag : drags_) snapshot(drag.sign);
+  }
+
+  // An event is a change of the sign of q̇.
+  Events* events() override { return this; }
+  void addEvents(ode::EventList& to) const override { to.push_back(this); }
   void enterState(double /*t*/, const double* y) override {
     for (Drag& drag : drags_) drag.sign = drag.q(y + n_) < 0 ? -1 : 1;
   }
-  void takeFrom(const Switching& other) override {
+  void takeFrom(const Events& other) override {
     const std::vector<Drag>& theirs = static_cast<const Drags&>(other).drags_;
     for (std::size_t k = 0; k < drags_.size(); ++k) drags_[k].sign = theirs[k].sign;
   }
-  void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
+  void fire(double /*t*/, double* y, const ode::LocatedEvent& /*located*/) override {
     for (Drag& drag : drags_) {
-      if (dueOf(drag, y) > 0) drag.sign = -drag.sign;
+      if (valueOf(drag, y) > 0) drag.sign = -drag.sign;
     }
-  }
-  double due(double /*t*/, const Eigen::VectorXd& y) const override {
-    double most = -std::numeric_limits<double>::infinity();
-    for (const Drag& drag : drags_) most = std::max(most, dueOf(drag, y.data()));
-    return most;
-  }
-  /// The turning point of q̇ is where a change of sign may hide. Most are far from it by the cubic through
-  /// both ends, which has the rounding of angles in it; the others are asked of the course.
-  double nearest(const ode::Stretch& of) const override {
-    const double *y = of.y.data(), *next = of.next.data();
-    double first = 1;
-    for (const Drag& drag : drags_) {
-      const double v0 = drag.q(y + n_), v1 = drag.q(next + n_), turn = drag.q(next) - drag.q(y);
-      const double middle = 1.5 * turn / of.h - (v0 + v1) / 4;
-      if (!mayBeAbove(dueAt(drag, v0), dueAt(drag, middle), dueAt(drag, v1))) continue;
-      const auto dueOn = [&](double t) {
-        const double rate = drag.q(stateAt(t, of).data() + n_);
-        return Due{dueAt(drag, rate), -drag.sign * of.h * drag.q(of.course->accelerationsAt(t).data())};
-      };
-      first = std::min(first, passing(dueOn(of.t), dueOn(of.t + of.h / 2), dueOn(of.t + of.h)));
-    }
-    return first < 1 ? first * of.h : -1;
-  }
-  bool mayHide(const ode::Stretch& /*of*/, bool isLong) const override { return isLong; }
-  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    return firstDueOf(
-        drags_, of, [this](const Drag& drag, const double* y) { return dueOf(drag, y); },
-        [](const Drag& drag) { return drag.least; });
   }
 
  private:
@@ -125,10 +100,20 @@ class Drags : public Effect, public Switching {
     Coordinate q;
     double c, sign, least;
   };
-  static double dueAt(const Drag& drag, double rate) { return -drag.sign * rate - drag.least; }
-  double dueOf(const Drag& drag, const double* y) const {
+  double valueOf(const Drag& drag, const double* y) const {
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-    return dueAt(drag, drag.q(y + n_)) - rounding * sumOfSizes(y + n_, drag.q);
+    return -drag.sign * drag.q(y + n_) - drag.least - rounding * sumOfSizes(y + n_, drag.q);
+  }
+  int most() const override { return static_cast<int>(drags_.size()); }
+  void values(double /*t*/, const double* y, double* g) const override {
+    for (const Drag& drag : drags_) *g++ = valueOf(drag, y);
+  }
+  void noise(double /*t*/, const double* /*y*/, double* of) const override {
+    for (const Drag& drag : drags_) *of++ = drag.least;
+  }
+  bool haveSlopes() const override { return true; }
+  void slopes(double /*t*/, const double* /*y*/, const double* accelerations, double* slope) const override {
+    for (const Drag& drag : drags_) *slope++ = -drag.sign * drag.q(accelerations);
   }
 
   Coordinates coordinates_;

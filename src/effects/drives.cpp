@@ -62,6 +62,7 @@ struct Running {
   int piece = 0;
 
   void enter(double t) { piece = law.pieceAt(t); }
+  void saveOrRestore(Snapshot& snapshot) { snapshot(law, piece); }
   double until() const { return law.until(piece); }
   GivenMotion order(int k, double t) const { return k == 0 ? law.at(t, piece) : law.order(k, t, piece); }
 };
@@ -72,6 +73,7 @@ class LawEffect : public CouplingEffect {
   void enter(double t) final {
     for (Running& running : laws_) running.enter(t);
   }
+  void saveOrRestore(Snapshot& snapshot) override { snapshot(laws_); }
   double until() const final {
     double end = std::numeric_limits<double>::infinity();
     for (const Running& running : laws_) end = std::min(end, running.until());
@@ -136,6 +138,10 @@ class Base : public LawEffect {
   void followBase(const BaseLaws& laws) final {
     base_ = laws;
     laws_ = {{laws.x}, {laws.y}, {laws.angle}};
+  }
+  void saveOrRestore(Snapshot& snapshot) override {
+    LawEffect::saveOrRestore(snapshot);
+    snapshot(base_.x, base_.y, base_.angle);
   }
   bool variesWithTime() const override { return true; }
   void couple(double t, int k, Couplings& to) const override {

@@ -6,7 +6,7 @@
 /// Effect is what every effect is: moments N about the inner pins, forces F, powers, their exact derivatives
 /// and Taylor coefficients. What only some effects are has an interface of its own, which the effect returns:
 ///
-///     switching()   not smooth in every state          Switching
+///     events()      not smooth in every state          Events
 ///     coupler()     couples accelerations, or moves the base          Coupler, coupler.h
 ///     forces()      acts with forces on bodies          Forces
 ///     inLanes()     computes moments in the order of long chains          InLanes
@@ -17,15 +17,18 @@
 /// Unless a function says otherwise, it takes states in chain order and allocates nothing. Pointers in
 /// arguments are valid during the call. Units are SI. Vectors have ground components.
 
+#include <cmath>
 #include <cstddef>
 #include <limits>
 
 #include "effects/coupler.h"
 #include "lanes/arrangement.h"
-#include "ode/switches.h"
+#include "ode/events.h"
+#include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
 #include "recursion/force_tangent.h"
 #include "recursion/load_kind.h"
+#include "simd/snapshot.h"
 
 namespace planar_chain {
 
@@ -103,16 +106,24 @@ struct Series {
   const Rotation<double>* rotation(int j) const { return e + std::ptrdiff_t{n} * j; }
 };
 
-/// The switches of an effect: at which states they are due, and how they are made.
-class Switching : public ode::Switches {
+/// |x_i| + |x_{i−1}|, or |x_i|: what the rounding of a coordinate counts by.
+inline double sumOfSizes(const double* x, const Coordinate& q) {
+  return std::abs(x[q.joint]) + (q.inner >= 0 ? std::abs(x[q.inner]) : 0);
+}
+
+/// The events of an effect (ode/events.h), and what to do when one happens.
+class Events {
  public:
-  /// Sets every switch for the state y = [θ ω …] at t, whatever its position before.
+  virtual ~Events() = default;
+  /// Its event functions, which live as long as this object. The list never changes.
+  virtual void addEvents(ode::EventList& to) const = 0;
+  /// Chooses what acts at the state y = [θ ω …] at t, whatever acted before.
   virtual void enterState(double t, const double* y) = 0;
-  /// Sets every switch as that of the same effect in a scene with other numbers.
-  virtual void takeFrom(const Switching& /*other*/) {}
-  /// Makes every switch that is due at t and y. Also called when none of this effect is, and after enter().
-  /// found: what crossing() returned for the step that ends here, or nothing of it. May hold joints.
-  virtual void change(double t, double* y, const ode::Crossing& found) = 0;
+  /// Chooses what acts as the same effect in a scene with other numbers did.
+  virtual void takeFrom(const Events& /*other*/) {}
+  /// Fires every event that has happened at t and y. Also called when none of this effect has, and after
+  /// enter(). located: the event that ends the step, of any effect. May hold joints.
+  virtual void fire(double t, double* y, const ode::LocatedEvent& located) = 0;
 };
 
 /// The forces of an effect on bodies.
@@ -132,6 +143,8 @@ class Forces {
   /// Adds K and D of each body: the change of its forces with its motion (recursion/force_tangent.h). Only if
   /// dependOnMotion().
   virtual void addForceTangents(const ChainState& /*at*/, ForceTangent* /*to*/) {}
+  /// Called once. The laws of the base, which outlive the effect; nullptr: it stands still.
+  virtual void takeBase(const BaseLaws* /*laws*/) {}
 };
 
 /// An effect that takes states in lane order, so that long chains need not reorder them
@@ -162,10 +175,10 @@ class Effect {
   virtual LoadKind mostActing() const = 0;
   /// True if it ever supplies or takes power. An effect that only stores energy returns false.
   virtual bool hasPower() const { return true; }
-  /// True if parts of k and d depend on the state, beyond its switches. If it is false, addTangents() is not
+  /// True if parts of k and d depend on the state, beyond its events. If it is false, addTangents() is not
   /// called.
   virtual bool isNonlinear() const { return false; }
-  virtual Switching* switching() { return nullptr; }
+  virtual Events* events() { return nullptr; }
   virtual Coupler* coupler() { return nullptr; }
   virtual Forces* forces() { return nullptr; }
   virtual InLanes* inLanes() { return nullptr; }
@@ -174,7 +187,7 @@ class Effect {
 
   /// The most that it adds at present. apply() is called only if this is not `nothing`.
   virtual LoadKind acting() const { return mostActing(); }
-  /// True if its moments are the same in every state, until a switch or enter(), and it has no forces.
+  /// True if its moments are the same in every state, until an event or enter(), and it has no forces.
   /// apply() with N = nullptr then returns the powers alone.
   virtual bool hasConstantMoments() const { return false; }
   /// Adds the moments and forces at a state. Returns the powers.
@@ -185,7 +198,7 @@ class Effect {
   // ---- The exact derivative, for the stiff methods --------------------------------------------------
 
   /// Adds k_i and d_i of each joint, N m/rad and N m s/rad: its torque changes by −k δq − d δq̇. Adds only the
-  /// parts that are constant between two switches.
+  /// parts that are constant between two events.
   virtual void addStiffness(double* /*k*/, double* /*d*/) const {}
   /// Adds the other parts, if isNonlinear().
   virtual void addTangents(const ChainState& /*at*/, double* /*k*/, double* /*d*/) const {}
@@ -208,6 +221,9 @@ class Effect {
   /// restores it, and enter() is called next.
   virtual void remember() {}
   virtual void recall() {}
+  /// Saves or restores all that changes along a motion: what acts since the last enter(), switches, what
+  /// sticks or lags. Neither enter() nor enterState() is called after it.
+  virtual void saveOrRestore(Snapshot& /*snapshot*/) {}
 
   // ---- Its Taylor series --------------------------------------------------------------------------------
 

@@ -36,13 +36,6 @@ struct JointKey {
   double of(const Joint& joint) const { return member ? joint.*member : joint.other(name); }
 };
 
-/// A key below links/NAME, or of the scene itself, which holds a number. Kept in Link::others and
-/// Scene::others.
-struct NumberKey {
-  const char* name;
-  NumberRule range;
-};
-
 /// How rviz draws a joint.
 enum class Symbol { none, coil, brake };
 
@@ -78,13 +71,18 @@ class EffectKind {
   /// Adds what is wrong with a joint's values; paths are such as "joint/damping". By default: the numbers
   /// that are out of range, as far as the joint has them.
   virtual void judge(const Joint& joint, std::vector<Fault>& faults) const;
-  virtual std::vector<NumberKey> linkKeys() const { return {}; }
-  virtual std::vector<NumberKey> sceneKeys() const { return {}; }
 
-  /// A key of the scene whose value is not a number, or nullptr.
+  /// Its key of a link, or nullptr.
+  virtual const char* linkKey() const { return nullptr; }
+  /// Reads it.
+  virtual void takeLink(const Section& /*in*/, Link& /*link*/) const {}
+  /// Adds what is wrong with a link's values; paths are such as "drag".
+  virtual void judge(const Link& /*link*/, std::vector<Fault>& /*faults*/) const {}
+
+  /// Its key of the scene, or nullptr.
   virtual const char* sceneKey() const { return nullptr; }
-  /// Reads it. names: nullptr if the links could not be read.
-  virtual void takeScene(const Section& /*top*/, const ChainNames* /*names*/,
+  /// Reads it. names: nullptr if the links could not be read; else `links` are those.
+  virtual void takeScene(const Section& /*top*/, const ChainNames* /*names*/, std::vector<Link>& /*links*/,
                          std::vector<Load>& /*loads*/) const {}
 
   // ---- What it is ---------------------------------------------------------------------------------------
@@ -113,8 +111,8 @@ class EffectKind {
 
   /// The energy V that it stores in a joint at the angle q, J.
   virtual double energyIn(const Joint& /*joint*/, double /*q*/) const { return 0; }
-  /// A typical ∂²V/∂q² in a joint, N m/rad: > 0 where it stores energy, else energyIn() and energyBetween()
-  /// are not called. The guard allows more error of the energy for a larger value.
+  /// A typical ∂²V/∂q² in a joint, N m/rad: > 0 where it stores energy, else energyIn() is not called. The
+  /// guard allows more error of the energy for a larger value.
   virtual double stiffnessOf(const Joint& /*joint*/) const { return 0; }
   /// A typical moment in a joint, N m: what residuals of an equilibrium are compared with.
   virtual double momentOf(const Joint& joint) const { return stiffnessOf(joint); }
@@ -123,10 +121,6 @@ class EffectKind {
   virtual double energyOf(const Link& /*link*/, const PlacedBody& /*at*/) const { return 0; }
   /// A typical ∂²V/∂x² of a body, N/m: > 0 where it stores energy, else energyOf() is not called.
   virtual double stiffnessOf(const Link& /*link*/) const { return 0; }
-
-  /// The energy V that it stores in the pose of the whole chain, beyond that in single joints and bodies, J.
-  /// theta: absolute angles; chain.coordinates() makes relative ones of them.
-  virtual double energyBetween(const Chain& /*chain*/, const double* /*theta*/) const { return 0; }
 
   /// The inertia that resists q̈ of a joint besides the links', kg m².
   virtual double inertiaIn(const Joint& /*joint*/) const { return 0; }
@@ -154,6 +148,7 @@ SceneWords wordsOf(const Scene& scene);
 double inertiaIn(const Joint& joint);      ///< kg m²
 double dryFrictionIn(const Joint& joint);  ///< N m
 double stiffnessOf(const Joint& joint);    ///< N m/rad
+double stiffnessOf(const Link& link);      ///< N/m
 double momentOf(const Joint& joint);       ///< N m
 
 /// The tolerance of rates, per second; 0 with fixed steps.

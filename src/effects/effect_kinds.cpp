@@ -1,10 +1,12 @@
 #include <algorithm>
 
+#include "effects/air_drag.h"
 #include "effects/commands.h"
 #include "effects/drags.h"
 #include "effects/drives.h"
 #include "effects/effect_kind.h"
 #include "effects/friction.h"
+#include "effects/ground_springs.h"
 #include "effects/loads.h"
 #include "effects/motors.h"
 #include "effects/springs.h"
@@ -17,8 +19,8 @@ namespace planar_chain {
 std::vector<const EffectKind*>& effectKinds() {
   static std::vector<const EffectKind*> kinds{
       &frictionKind(),  // acts last, when it is known what else acts
-      &springKind(),   &loadKind(), &stopKind(),   &rotorKind(), &driveKind(),
-      &baseKind(),     &tipKind(),  &effortKind(), &motorKind(), &dragKind(),
+      &springKind(),   &loadKind(),   &stopKind(),  &rotorKind(), &driveKind(),   &baseKind(),
+      &tipKind(),      &effortKind(), &motorKind(), &dragKind(),  &airDragKind(), &groundSpringKind(),
   };
   return kinds;
 }
@@ -42,6 +44,9 @@ double dryFrictionIn(const Joint& joint) {
 }
 double stiffnessOf(const Joint& joint) {
   return sumOverKinds([&](const EffectKind& kind) { return kind.stiffnessOf(joint); });
+}
+double stiffnessOf(const Link& link) {
+  return sumOverKinds([&](const EffectKind& kind) { return kind.stiffnessOf(link); });
 }
 double momentOf(const Joint& joint) {
   return sumOverKinds([&](const EffectKind& kind) { return kind.momentOf(joint); });
@@ -99,6 +104,11 @@ void EffectKind::judge(const Joint& joint, std::vector<Fault>& faults) const {
 }
 
 /// Declared by chain.h.
+std::vector<Fault> faultsOfEffects(const Link& link) {
+  std::vector<Fault> faults;
+  for (const EffectKind* kind : effectKinds()) kind->judge(link, faults);
+  return faults;
+}
 std::vector<Fault> faultsOf(const Joint& joint) {
   std::vector<Fault> faults;
   for (const EffectKind* kind : effectKinds()) kind->judge(joint, faults);

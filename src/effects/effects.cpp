@@ -16,10 +16,14 @@ Effects::Effects(const Scene& scene, std::unique_ptr<Effect> more, bool (EffectK
   for (const auto& effect : all_) {
     Coupler* coupler = effect->coupler();
     if (coupler) couplers_.push_back(coupler);
-    Switching* switching = effect->switching();
-    if (!switching) continue;
-    switching_.push_back(switching);
-    haveUncoupledSwitches_ = haveUncoupledSwitches_ || !coupler;
+    Events* events = effect->events();
+    if (!events) continue;
+    withEvents_.push_back(events);
+    events->addEvents(events_);
+    haveUncoupledEvents_ = haveUncoupledEvents_ || !coupler;
+  }
+  for (const auto& effect : all_) {
+    if (effect->forces()) effect->forces()->takeBase(base());
   }
   for (auto* effects : {&active_, &activeInOrder_}) effects->reserve(all_.size());
   activeInLanes_.reserve(all_.size());
@@ -70,22 +74,22 @@ void Effects::enter(double t) {
 }
 
 void Effects::enterState(double t, const double* y) {
-  for (Switching* switching : switching_) {
-    switching->enterState(t, y);
+  for (Events* events : withEvents_) {
+    events->enterState(t, y);
     listActive();  // friction, the last, asks what the others do
   }
 }
 
-void Effects::change(double t, double* y, const ode::Crossing& found) {
-  for (Switching* switching : switching_) {
-    switching->change(t, y, found.by == switching ? found : ode::Crossing{});
+void Effects::fire(double t, double* y, const ode::LocatedEvent& located) {
+  for (Events* events : withEvents_) {
+    events->fire(t, y, located);
     listActive();
   }
 }
 
-bool Effects::takeSwitches(const Effects& of) {
-  if (switching_.size() != of.switching_.size()) return false;
-  for (std::size_t k = 0; k < switching_.size(); ++k) switching_[k]->takeFrom(*of.switching_[k]);
+bool Effects::takeFrom(const Effects& other) {
+  if (withEvents_.size() != other.withEvents_.size()) return false;
+  for (std::size_t k = 0; k < withEvents_.size(); ++k) withEvents_[k]->takeFrom(*other.withEvents_[k]);
   listActive();
   return true;
 }
@@ -96,6 +100,11 @@ void Effects::remember() {
 
 void Effects::recall() {
   for (const auto& effect : all_) effect->recall();
+}
+
+void Effects::saveOrRestore(Snapshot& snapshot) {
+  for (const auto& effect : all_) effect->saveOrRestore(snapshot);
+  listActive();
 }
 
 void Effects::listActive() {
@@ -150,54 +159,6 @@ void Effects::couple(double t, int k, Couplings& to) const {
 
 void Effects::coupleInTime(double t, Couplings& to) const {
   for (const Coupler* coupler : couplersInTime_) coupler->couple(t, 0, to);
-}
-
-// ---- Switches --------------------------------------------------------------------------------------
-
-double Effects::due(double t, const Eigen::VectorXd& y) const {
-  double most = -std::numeric_limits<double>::infinity();
-  for (const Switching* switching : switching_) most = std::max(most, switching->due(t, y));
-  return most;
-}
-
-namespace {
-
-/// The least of them that is above 0; −1: there is none.
-template <class Parts, class TimeOf>
-double firstOf(const Parts& parts, const TimeOf& timeOf) {
-  double first = -1;
-  for (const auto* part : parts) {
-    const double own = timeOf(*part);
-    if (own > 0 && (first < 0 || own < first)) first = own;
-  }
-  return first;
-}
-
-}  // namespace
-
-double Effects::nearest(const ode::Stretch& of) const {
-  return firstOf(switching_, [&](const Switching& part) { return part.nearest(of); });
-}
-
-double Effects::hidden(const ode::Stretch& step) const {
-  return firstOf(switching_, [&](const Switching& part) { return part.hidden(step); });
-}
-
-bool Effects::mayHide(const ode::Stretch& of, bool isLong) const {
-  return std::any_of(switching_.begin(), switching_.end(),
-                     [&](const Switching* switching) { return switching->mayHide(of, isLong); });
-}
-
-std::optional<ode::Crossing> Effects::crossing(const ode::Stretch& of) const {
-  std::optional<ode::Crossing> first;
-  for (const Switching* switching : switching_) {
-    if (switching->due(of.t + of.h, of.next) <= 0) continue;
-    std::optional<ode::Crossing> own = switching->crossing(of);
-    if (!own) return {};
-    own->by = switching;
-    if (!first || own->t < first->t) first = own;
-  }
-  return first;
 }
 
 }  // namespace planar_chain

@@ -12,7 +12,7 @@
 
 namespace planar_chain {
 
-class Effects : public ode::Switches {
+class Effects {
  public:
   /// Makes the effects of a scene, of all kinds or of those for which `has` is true. more: one that the scene
   /// does not say, or nullptr. The scene's chain outlives this object. Allocates.
@@ -32,16 +32,17 @@ class Effects : public ode::Switches {
   /// True if one of them has forces that are, such as anyForces(&Forces::dependOnMotion).
   bool anyForces(bool (Forces::*are)() const) const;
 
-  // ---- What acts now: chosen by enter(), enterState() and change() --------------------------------------
+  // ---- What acts now: chosen by enter(), enterState() and fire() --------------------------------------
 
   /// See Effect. These allocate nothing.
   void enter(double t);
   void enterState(double t, const double* y);
-  void change(double t, double* y, const ode::Crossing& found = {});
-  /// Sets every switch as in a scene with other numbers. Returns false if that has other effects.
-  bool takeSwitches(const Effects& of);
+  /// Chooses what acts as in a scene with other numbers. Returns false if that has other effects.
+  bool takeFrom(const Effects& other);
+  void fire(double t, double* y, const ode::LocatedEvent& located = {});
   void remember();
   void recall();
+  void saveOrRestore(Snapshot& snapshot);
 
   bool act() const { return acting_ != LoadKind::nothing; }
   LoadKind acting() const { return acting_; }
@@ -96,30 +97,26 @@ class Effects : public ode::Switches {
   /// Order 0 of that; the rest of `to` stays.
   void coupleInTime(double t, Couplings& to) const;
 
-  // ---- ode::Switches ------------------------------------------------------------------------------------
+  // ---- Events -------------------------------------------------------------------------------------------
 
-  bool haveSwitches() const { return !switching_.empty(); }
+  const ode::EventList& events() const { return events_; }
   /// True if an effect that does not couple accelerations has some.
-  bool haveUncoupledSwitches() const { return haveUncoupledSwitches_; }
-  double due(double t, const Eigen::VectorXd& y) const override;
-  double nearest(const ode::Stretch& of) const override;
-  bool mayHide(const ode::Stretch& of, bool isLong) const override;
-  double hidden(const ode::Stretch& step) const override;
-  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override;
+  bool haveUncoupledEvents() const { return haveUncoupledEvents_; }
 
  private:
   void listActive();
   double least(double (Effect::*of)() const) const;
 
   std::vector<std::unique_ptr<Effect>> all_;
-  std::vector<Switching*> switching_;
+  std::vector<Events*> withEvents_;
+  ode::EventList events_;
   std::vector<Effect*> active_, activeInOrder_;
   std::vector<InLanes*> activeInLanes_;
   std::vector<Forces*> activeForces_;
   std::vector<Coupler*> couplers_, couplersInTime_;
   LoadKind acting_ = LoadKind::nothing;
   int reach_ = 0;
-  bool variesWithTime_ = false, momentsAreConstant_ = true, haveUncoupledSwitches_ = false;
+  bool variesWithTime_ = false, momentsAreConstant_ = true, haveUncoupledEvents_ = false;
 };
 
 }  // namespace planar_chain

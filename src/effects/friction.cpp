@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "effects/complementarity.h"
+#include "effects/friction_events.h"
 #include "effects/stick_slip.h"
-#include "effects/switch_instant.h"
 
 namespace planar_chain {
 
 namespace {
 
-class Friction : public Effect, public Coupler, public Switching, private RestingChain {
+class Friction : public Effect, public Coupler, public Events, private RestingChain {
  public:
   /// tolerance: of rates, per second; 0 without error control. isClosed: the tip is held.
   Friction(const Chain& chain, double tolerance, bool isClosed)
@@ -22,7 +22,8 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         n_(chain.size()),
         joints_(chain, tolerance),
         remembered_(joints_),
-        instant_(joints_, n_) {
+        sliding_(joints_, n_),
+        stuck_(joints_) {
     yield_.setZero(n_);
     rememberedYield_ = yield_;
     remembered_.reserve();
@@ -48,7 +49,6 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     }
     return {0, change};
   }
-  void enter(double /*t*/) override { instant_.forget(); }
   void remember() override {
     remembered_ = joints_;
     rememberedYield_ = yield_;
@@ -57,6 +57,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     joints_ = remembered_;
     yield_ = rememberedYield_;
   }
+  void saveOrRestore(Snapshot& snapshot) override { snapshot(joints_, yield_); }
   Coupler* coupler() override { return this; }
   void couple(double /*t*/, int k, Couplings& to) const override {
     for (const int i : joints_.stuck()) {
@@ -67,10 +68,11 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   bool onlyHolds() const override { return true; }
   void attach(Mechanics& mechanics) override {
     mechanics_ = &mechanics;
-    instant_.attach(mechanics);
+    stuck_.attach(mechanics);
   }
 
-  Switching* switching() override { return this; }
+  Events* events() override { return this; }
+  void addEvents(ode::EventList& to) const override { to.insert(to.end(), {&sliding_, &stuck_}); }
 
   void enterState(double t, const double* y) override {
     yield_.setZero();
@@ -85,11 +87,12 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     take();
     decide(t, y);
   }
-  void takeFrom(const Switching& other) override {
+  void takeFrom(const Events& other) override {
     joints_.takeFrom(static_cast<const Friction&>(other).joints_);
     take();
   }
-  void change(double t, double* y, const ode::Crossing& found) override {
+  void fire(double t, double* y, const ode::LocatedEvent& located) override {
+    const int arrived = located.by == &sliding_ ? located.which : -1;
     atRest_.clear();
     arrival_ = {};
     bool anyChanges = false;
@@ -108,9 +111,9 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
       } else if (joints_.slides(i)) {
         if (joints_.slideDue(i, y + n_) <= 0) continue;
         anyChanges = true;
-        if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
+        if (i == arrived) arrival_ = {i, joints_.direction(i), located.slope};
         one.release = -joints_.direction(i);
-        joints_.rest(i, y, mayPass(found, i));
+        joints_.rest(i, y, i == arrived && mayPass(i, located.slope));
       }
       one.direction = joints_.direction(i);
       atRest_.push_back(one);
@@ -128,23 +131,14 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
       if (std::any_of(joints_.stuck().begin(), joints_.stuck().end(), moves)) mechanics_->settle(t, y, any);
     } while (followRates(t, y));
   }
-  double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }
-  double nearest(const ode::Stretch& of) const override { return instant_.nearest(of); }
-  bool mayHide(const ode::Stretch& of, bool isLong) const override { return isLong || instant_.isNear(of); }
-  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    return instant_.crossing(of);
-  }
 
  private:
   /// Call it when joints stick or slide otherwise.
-  void take() {
-    instant_.forget();
-    mechanics_->forget(joints_.take());
-  }
-  /// True if the joint found, which comes to rest, is likely to go on the other way at once.
-  bool mayPass(const ode::Crossing& found, int joint) const {
-    return joint == found.which && !joints_.hasBreakaway() && yield_[joint] > 0 &&
-           found.slope > 2 * joints_.friction(joint) * yield_[joint];
+  void take() { mechanics_->forget(joints_.take()); }
+  /// True if a joint that comes to rest with this |q̈| is likely to go on the other way at once.
+  bool mayPass(int joint, double slope) const {
+    return !joints_.hasBreakaway() && yield_[joint] > 0 &&
+           slope > 2 * joints_.friction(joint) * yield_[joint];
   }
   /// Computes Y of the joint that has come to rest.
   void learn(const JointAnswer& answer) {
@@ -184,13 +178,12 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   }
   /// Decides for all joints at rest.
   void decide(double t, const double* y) {
-    instant_.forget();
     t_ = t;
     y_ = y;
     if (!atRest_.empty()) findWhatSticks(*this, atRest_, joints_.hasBreakaway());
     if (isClosed_ && !joints_.stuck().empty()) loosenDeadCentres();
     if (joints_.stuck().empty()) return;
-    const double* moments = instant_.momentsAt(t, y);
+    const double* moments = mechanics_->answer(t, y).moments;
     for (const RestingJoint& one : atRest_) {
       // Any other that bears too much is due at once.
       if (one.isHeld && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
@@ -263,7 +256,8 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   bool isClosed_;
   int n_;
   StickSlip joints_, remembered_;
-  SwitchInstant instant_;
+  SlidingEvents sliding_;
+  StuckEvents stuck_;
   Mechanics* mechanics_ = nullptr;
   Eigen::ArrayXd yield_;  ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
   Eigen::ArrayXd rememberedYield_;

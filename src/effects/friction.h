@@ -10,7 +10,7 @@
 /// torque.
 ///
 /// Three parts: stick_slip.h is the state machine, complementarity.h decides which of several joints at rest
-/// stick, and switch_instant.h finds the instant of a switch.
+/// stick, and friction_events.h has the event functions.
 ///
 /// A joint that comes to rest with |q̈| = a goes on the other way at once if a > 2 c Y, where Y = ∂q̈/∂μ. Y is
 /// known from the last time. So such a joint is not held first; if that was wrong, it sticks in the next

@@ -40,18 +40,6 @@ class Loads : public TimedTerms {
 
 // ---- Reading -------------------------------------------------------------------------------------
 
-/// The index of the link or joint that `key` names, or Load::none.
-int takeReference(const Section& load, const std::string& key, const ChainNames* of) {
-  const Value* value = load.find(key);
-  if (!value || !of) return Load::none;
-  const bool isLink = key == "link";
-  const Indices &names = isLink ? of->links : of->joints, &others = isLink ? of->joints : of->links;
-  const auto entry = value->text() ? names.find(*value->text()) : names.end();
-  if (entry != names.end()) return entry->second;
-  load.fault(key, oneOf(key, value->text() ? *value->text() : "", names, &others));
-  return Load::none;
-}
-
 /// What acts, and on what.
 void takeAction(const Section& in, const ChainNames* names, Load& load) {
   load.link = takeReference(in, "link", names);
@@ -105,7 +93,8 @@ void takeTimeLaw(const Section& in, Load& load) {
 class LoadsKind : public EffectKind {
  public:
   const char* sceneKey() const override { return "loads"; }
-  void takeScene(const Section& top, const ChainNames* names, std::vector<Load>& loads) const override {
+  void takeScene(const Section& top, const ChainNames* names, std::vector<Link>& /*links*/,
+                 std::vector<Load>& loads) const override {
     const Section all = top.section("loads");
     for (const auto& [name, entry] : all.entries()) {
       if (!isName(name)) all.fault(name, nameInWords, quoted(name));
@@ -160,6 +149,17 @@ class LoadsKind : public EffectKind {
 };
 
 }  // namespace
+
+int takeReference(const Section& in, const std::string& key, const ChainNames* names) {
+  const Value* value = in.find(key);
+  if (!value || !names) return Load::none;
+  const bool isLink = key == "link";
+  const Indices &own = isLink ? names->links : names->joints, &others = isLink ? names->joints : names->links;
+  const auto entry = value->text() ? own.find(*value->text()) : own.end();
+  if (entry != own.end()) return entry->second;
+  in.fault(key, oneOf(key, value->text() ? *value->text() : "", own, &others));
+  return Load::none;
+}
 
 const EffectKind& loadKind() {
   static const LoadsKind kind;

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
-#include "effects/first_due.h"
-#include "effects/passing.h"
 #include "simd/elementary.h"
 
 namespace planar_chain {
@@ -90,17 +89,22 @@ class Motor {
     const bool isWithin = side_ * x < limit || (x == 0 && u_ == 0);
     place_ = isWithin ? Place::free : limit > 0 ? Place::line : Place::idle;
   }
-  /// How far another place is due, N m; ≤ 0: it is not.
-  double due(double t, const double* omega) const;
-  bool isDue(double t, const double* omega) const { return isNew_ || due(t, omega) > 0; }
-  /// The share of a stretch after which a change may hide; 1: none can. n: of joints.
-  double hidden(const ode::Stretch& of, int n) const;
+  /// Two event functions, N m: one of them is above 0 where another place is due.
+  void events(double t, const double* omega, double* g) const;
+  /// Their derivatives; a: q̈ of the joints.
+  void slopes(double t, const double* omega, const double* a, double* slope) const;
+  double noise(const double* omega) const {
+    constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
+    return rounding * (limit_ + slope_ * sumOfSizes(omega, q));
+  }
+  bool isDue(double t, const double* omega) const {
+    double g[2];
+    events(t, omega, g);
+    return isNew_ || g[0] > 0 || g[1] > 0;
+  }
 
  private:
   enum class Place { free, line, idle };
-
-  static constexpr double narrow = 1e-6;  ///< share of a stretch; what is shorter moves nothing
-  double zeroWithin(const ode::Stretch& of) const;
 
   /// l
   double limitAt(double side, double rate) const { return limitAt(side, rate, limit_); }
@@ -127,62 +131,22 @@ class Motor {
   bool isNew_ = false;  ///< u has changed since choose()
 };
 
-double Motor::due(double t, const double* omega) const {
-  const double x = lagged(t), rate = q(omega);
-  double first = gap(0, x, rate), second = gap(1, x, rate);
-  if (place_ == Place::free) {
-    first = std::min(first, x);
-    second = std::min(second, -x);
-  }
-  constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-  return std::max(first, second) - rounding * (limit_ + slope_ * sumOfSizes(omega, q));
+void Motor::events(double t, const double* omega, double* g) const {
+  const double x = lagged(t), rate = q(omega), noise = this->noise(omega);
+  g[0] = gap(0, x, rate) - noise;
+  g[1] = gap(1, x, rate) - noise;
+  if (place_ != Place::free) return;
+  g[0] = std::min(g[0], x - noise);
+  g[1] = std::min(g[1], -x - noise);
 }
 
-/// A gap is taken for the cubics through both ends and the middle. Most are far from 0 by the q̇ of the cubic
-/// through both ends. From `free`, a gap counts while s x > 0: there it may be above 0 where that begins or
-/// ends.
-double Motor::hidden(const ode::Stretch& of, int n) const {
-  const double *y = of.y.data(), *next = of.next.data();
-  const double r0 = q(y + n), r1 = q(next + n);
-  const double middle = 1.5 * (q(next) - q(y)) / of.h - (r0 + r1) / 4;
-  const double x0 = lagged(of.t), x1 = lagged(of.t + of.h), xMiddle = lagged(of.t + of.h / 2);
-  double first = 1;
-  for (const int which : {0, 1}) {
-    const double side = which == 0 ? 1 : -1, end = of.t + of.h;
-    if (place_ == Place::free && side * x0 <= 0 && side * x1 <= 0) continue;
-    if (!mayBeAbove(gap(which, x0, r0), gap(which, xMiddle, middle), gap(which, x1, r1))) continue;
-    const bool isPart = place_ == Place::free && !(side * x0 > 0 && side * x1 > 0);
-    const double from = isPart && side * x0 <= 0 ? zeroWithin(of) : of.t;
-    const double to = isPart && side * x1 <= 0 ? zeroWithin(of) : end;
-    const auto dueOn = [&](double t) {
-      const double r = q(stateAt(t, of).data() + n), a = q(of.course->accelerationsAt(t).data());
-      return Due{gap(which, lagged(t), r), (to - from) * gap(which, rate(t), a, 0)};
-    };
-    // Halfway to where s x is 0, and halfway again, until it is due.
-    const auto dueNear = [&](double near, double far) {
-      double s = 0.5;
-      while (s > narrow && dueOn(near + s * (far - near)).value <= 0) s /= 2;
-      return near + s * (far - near);
-    };
-    const Due atFrom = dueOn(from), atTo = dueOn(to);
-    double at = end;
-    if (from > of.t && atFrom.value > 0) {
-      at = dueNear(from, to);
-    } else if (to < end && atTo.value > 0) {
-      at = dueNear(to, from);
-    } else if (to > from) {
-      const double s = passing(atFrom, dueOn(from + (to - from) / 2), atTo);
-      if (s < 1) at = from + s * (to - from);
-    }
-    if (at < end) first = std::min(first, (at - of.t) / of.h);
-  }
-  return first;
-}
-
-/// When x is 0 in a stretch, or its nearer end.
-double Motor::zeroWithin(const ode::Stretch& of) const {
-  const double t = t0_ + lag_ * std::log((u_ - x0_) / u_);
-  return t > of.t ? std::min(t, of.t + of.h) : of.t;
+void Motor::slopes(double t, const double* omega, const double* a, double* slope) const {
+  const double x = lagged(t), rate = q(omega), xd = this->rate(t);
+  slope[0] = gap(0, xd, q(a), 0);
+  slope[1] = gap(1, xd, q(a), 0);
+  if (place_ != Place::free) return;
+  if (x < gap(0, x, rate)) slope[0] = xd;
+  if (-x < gap(1, x, rate)) slope[1] = -xd;
 }
 
 bool isMoved(const Joint& joint) {
@@ -196,7 +160,7 @@ bool isDelayed(const Joint& joint) {
 // ---- All of a chain ---------------------------------------------------------------------------------
 
 /// Commands in a chain with motors.
-class MotorCommands final : public CommandEffect, public Switching {
+class MotorCommands final : public CommandEffect, public Events, private ode::EventFunctions {
  public:
   MotorCommands(const Chain& chain, int capacity)
       : CommandEffect(chain, capacity), coordinates_(chain.coordinates()), n_(chain.size()) {
@@ -206,8 +170,7 @@ class MotorCommands final : public CommandEffect, public Switching {
       if (has_.back()) motors_.emplace_back(coordinates_, i, joint);
     }
     remembered_ = motors_;
-    hasLines_ =
-        std::any_of(motors_.begin(), motors_.end(), [](const Motor& motor) { return motor.hasLine(); });
+    forLines([this](const Motor&) { ++lines_; });
   }
 
   std::vector<Load> inForce(double t, const double* omega) const override {
@@ -220,6 +183,17 @@ class MotorCommands final : public CommandEffect, public Switching {
     }
     return loads;
   }
+  std::vector<LinearMotor> motorsAt(double t, const double* omega) const override {
+    std::vector<LinearMotor> all = CommandEffect::motorsAt(t, omega);
+    auto one = all.begin();
+    for (Motor motor : motors_) {
+      motor.command(t, torqueAt(t, index(motor.q.joint)));
+      motor.choose(t, omega);
+      while (one->joint != motor.q.joint) ++one;
+      *one = {one->joint, motor.lag(), one->isCutOff, motor.isFree(), motor.damping()};
+    }
+    return all;
+  }
   void remember() override {
     CommandEffect::remember();
     remembered_ = motors_;
@@ -227,6 +201,11 @@ class MotorCommands final : public CommandEffect, public Switching {
   void recall() override {
     CommandEffect::recall();
     motors_ = remembered_;
+  }
+  void saveOrRestore(Snapshot& snapshot) override {
+    CommandEffect::saveOrRestore(snapshot);
+    for (Motor& motor : motors_) snapshot(motor);
+    snapshot(isLagging_, act_);
   }
   void finish(double t) override {
     for (Motor& motor : motors_) {
@@ -280,32 +259,40 @@ class MotorCommands final : public CommandEffect, public Switching {
     }
   }
 
-  Switching* switching() override { return hasLines_ ? this : nullptr; }
+  Events* events() override { return lines_ > 0 ? this : nullptr; }
   void enterState(double t, const double* y) override {
     for (Motor& motor : motors_) motor.choose(t, y + n_);
   }
-  void change(double t, double* y, const ode::Crossing& /*found*/) override {
+  void fire(double t, double* y, const ode::LocatedEvent& /*located*/) override {
     for (Motor& motor : motors_) {
       if (motor.isDue(t, y + n_)) motor.choose(t, y + n_);
     }
   }
-  double due(double t, const Eigen::VectorXd& y) const override {
-    double most = -std::numeric_limits<double>::infinity();
-    for (const Motor& motor : motors_) {
-      if (motor.hasLine()) most = std::max(most, motor.due(t, y.data() + n_));
-    }
-    return most;
-  }
-  double nearest(const ode::Stretch& of) const override {
-    double first = 1;
-    for (const Motor& motor : motors_) {
-      if (motor.hasLine()) first = std::min(first, motor.hidden(of, n_));
-    }
-    return first < 1 ? first * of.h : -1;
-  }
-  bool mayHide(const ode::Stretch& /*of*/, bool isLong) const override { return isLong && act_; }
+  void addEvents(ode::EventList& to) const override { to.push_back(this); }
 
  private:
+  // Two event functions of each motor with a line.
+  template <class Visit>
+  void forLines(const Visit& visit) const {
+    for (const Motor& motor : motors_) {
+      if (motor.hasLine()) visit(motor);
+    }
+  }
+  int most() const override { return 2 * lines_; }
+  void values(double t, const double* y, double* g) const override {
+    forLines([&](const Motor& motor) { motor.events(t, y + n_, std::exchange(g, g + 2)); });
+  }
+  void noise(double /*t*/, const double* y, double* of) const override {
+    forLines([&](const Motor& motor) { of = std::fill_n(of, 2, motor.noise(y + n_)); });
+  }
+  bool haveSlopes() const override { return true; }
+  void slopes(double t, const double* y, const double* accelerations, double* slope) const override {
+    forLines(
+        [&](const Motor& motor) { motor.slopes(t, y + n_, accelerations, std::exchange(slope, slope + 2)); });
+  }
+  /// The line is a damper.
+  bool changeStiffness() const override { return true; }
+
   void list(double t) override {
     CommandEffect::list(t);
     isLagging_ = act_ = false;
@@ -332,7 +319,8 @@ class MotorCommands final : public CommandEffect, public Switching {
   int n_;
   std::vector<Motor> motors_, remembered_;
   std::vector<bool> has_;  ///< of each joint: a motor
-  bool hasLines_ = false, isLagging_ = false, act_ = false;
+  int lines_ = 0;
+  bool isLagging_ = false, act_ = false;
 };
 
 }  // namespace

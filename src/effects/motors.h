@@ -16,7 +16,7 @@
 ///     idle      l < 0, m > 0     τ = 0: faster than ω_0 it does not drive, and does not brake
 ///
 /// Where it brakes, s q̇ < 0, the line is above L, and the cut off of u holds: |τ| ≤ L. τ is continuous. It
-/// has a corner at each change, where the integrator lands (ode/switches.h).
+/// has a corner at each change, where the integrator lands (ode/events.h).
 ///
 /// x is part of the state of a simulation: 0 at the start and after a reset. It stays if a state is set.
 

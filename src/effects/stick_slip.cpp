@@ -110,7 +110,8 @@ double StickSlip::slideDue(int joint, const double* omega) const {
   return -direction_[joint] * rate.value - 4 * rate.rounding + never_[joint];
 }
 
-void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
+void StickSlip::findSlidesDue(const double* omega, double* to) const {
+  Eigen::Map<Numbers> due(to, n_);
   const Eigen::Index others = n_ - 1;
   if (coordinates_.anyIsPrismatic()) {
     for (int i = 0; i < n_; ++i) due[i] = slideDue(i, omega);
@@ -122,7 +123,8 @@ void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
                      never_.tail(others);
 }
 
-void StickSlip::findSlidesSlope(const double* alpha, Numbers& slope) const {
+void StickSlip::findSlidesSlope(const double* alpha, double* to) const {
+  Eigen::Map<Numbers> slope(to, n_);
   const Eigen::Index others = n_ - 1;
   if (coordinates_.anyIsPrismatic()) {
     for (int i = 0; i < n_; ++i) slope[i] = -direction_[i] * coordinates_.relative(alpha, i);
@@ -141,6 +143,10 @@ bool StickSlip::isAtRest(int joint, const double* omega) const {
 double StickSlip::looseDue(int joint, const double* omega) const {
   const Rate rate = rateOf(joint, omega);
   return std::abs(rate.value) - 8 * rate.rounding - looseRate(joint);
+}
+
+double StickSlip::looseSlope(int joint, const double* omega, const double* alpha) const {
+  return std::copysign(1, coordinates_.relative(omega, joint)) * coordinates_.relative(alpha, joint);
 }
 
 double StickSlip::looseRate(int joint) const {

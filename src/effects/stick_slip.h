@@ -34,6 +34,7 @@
 #include <vector>
 
 #include "planar_chain/chain.h"
+#include "simd/snapshot.h"
 
 namespace planar_chain {
 
@@ -88,13 +89,15 @@ class StickSlip {
   /// How far a sliding joint is past its rest, rad/s. ≤ 0: it slides on. Far below 0 unless it slides.
   double slideDue(int joint, const double* omega) const;
   /// The same of all.
-  void findSlidesDue(const double* omega, Numbers& due) const;
+  void findSlidesDue(const double* omega, double* due) const;
   /// Their derivatives, but for rounding, rad/s².
-  void findSlidesSlope(const double* alpha, Numbers& slope) const;
+  void findSlidesSlope(const double* alpha, double* slope) const;
   /// True if the rate is rounding.
   bool isAtRest(int joint, const double* omega) const;
   /// How far a loose joint has come to slide, rad/s.
   double looseDue(int joint, const double* omega) const;
+  /// The derivative of that, rad/s².
+  double looseSlope(int joint, const double* omega, const double* alpha) const;
   /// The least |q̇| of a loose joint that counts, rad/s, of a slide m/s.
   double looseRate(int joint) const;
   /// |μ| that releases a stuck joint, N m.
@@ -132,6 +135,11 @@ class StickSlip {
   /// Lists the stuck and the loose joints, and sums the moments. Returns true if other joints stick than
   /// before.
   bool take();
+
+  void saveOrRestore(Snapshot& snapshot) {
+    snapshot(stuck_, before_, loose_, band_, direction_, never_, isLoose_, startsClearly_, push_, angle_,
+             moments_);
+  }
 
  private:
   struct Rate {

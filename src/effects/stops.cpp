@@ -1,12 +1,8 @@
 #include "effects/stops.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-
-#include "effects/first_due.h"
-#include "effects/passing.h"
 
 namespace planar_chain {
 
@@ -29,23 +25,24 @@ struct Stop {
   double rounding(const double* theta) const {
     return 4 * epsilon * (sumOfSizes(theta, q) + std::abs(limit));
   }
-  /// How far the change to another place is due, rad; ≤ 0: it is not. A push must be wrong by more than
-  /// rounding: in an overdamped stop k x and d ẋ cancel, and s is below the rounding of either.
-  double due(const double* theta, const double* omega) const {
-    const double x = depth(theta);
-    if (place == Place::free) return x;
-    const double push = x + d / k * speed(omega);
-    const double noise = this->noise(theta, omega);
-    return place == Place::pushing ? -push - noise : std::max(-x, push - noise);
-  }
   /// Bounds the rounding error of x + (d/k) ẋ, rad.
   double noise(const double* theta, const double* omega) const {
     return rounding(theta) + d / k * 4 * epsilon * sumOfSizes(omega, q);
   }
-  /// The same of due().
-  double noiseOfDue(const double* theta, const double* omega) const {
-    const bool isOfDepth = place == Place::free || (place == Place::parted && depth(theta) < 0);
-    return isOfDepth ? rounding(theta) : noise(theta, omega);
+  /// The signs of the two event functions, of x and of x + (d/k) ẋ, rad; 0: it cannot happen. A change must
+  /// be due by more than rounding: in an overdamped stop k x and d ẋ cancel, and s is below the rounding of
+  /// either.
+  double depthSign() const { return place == Place::free ? 1 : place == Place::parted ? -1 : 0; }
+  double pushSign() const { return place == Place::pushing ? -1 : place == Place::parted ? 1 : 0; }
+  void events(const double* theta, const double* omega, double* g) const {
+    const double x = depth(theta), push = x + d / k * speed(omega);
+    g[0] = depthSign() == 0 ? ode::never : depthSign() * x - rounding(theta);
+    g[1] = pushSign() == 0 ? ode::never : pushSign() * push - noise(theta, omega);
+  }
+  bool isDue(const double* theta, const double* omega) const {
+    double g[2];
+    events(theta, omega, g);
+    return g[0] > 0 || g[1] > 0;
   }
   Place next(double x, double xd) const {
     if (!(x > 0)) return Place::free;
@@ -53,11 +50,7 @@ struct Stop {
   }
 };
 
-std::array<double, 4> operator-(const std::array<double, 4>& g) {
-  return {-g[0], -g[1], -g[2], -g[3]};
-}
-
-class Stops : public Effect, public Switching {
+class Stops : public Effect, public Events, private ode::EventFunctions {
  public:
   explicit Stops(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
     for (int i = 0; i < n_; ++i) {
@@ -102,133 +95,52 @@ class Stops : public Effect, public Switching {
     return {0, change};
   }
 
-  Switching* switching() override { return this; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    for (Stop& stop : stops_) snapshot(stop.place);
+    listActive();
+  }
+
+  Events* events() override { return this; }
   void enterState(double /*t*/, const double* y) override {
     for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
     listActive();
   }
-  void takeFrom(const Switching& other) override {
+  void takeFrom(const Events& other) override {
     const std::vector<Stop>& theirs = static_cast<const Stops&>(other).stops_;
     for (std::size_t k = 0; k < stops_.size(); ++k) stops_[k].place = theirs[k].place;
     listActive();
   }
-  void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
+  void fire(double /*t*/, double* y, const ode::LocatedEvent& /*located*/) override {
     for (Stop& stop : stops_) {
-      if (stop.due(y, y + n_) > 0) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
+      if (stop.isDue(y, y + n_)) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
     }
     listActive();
   }
-  double due(double /*t*/, const Eigen::VectorXd& y) const override {
-    double most = -std::numeric_limits<double>::infinity();
-    for (const Stop& stop : stops_) {
-      most = std::max(most, stop.due(y.data(), y.data() + n_));
-    }
-    return most;
-  }
-  double nearest(const ode::Stretch& of) const override {
-    const Eigen::VectorXd &y = of.y, &next = of.next;
-    const double h = of.h;
-    double first = 1;
-    for (const Stop& stop : stops_) {
-      const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());
-      const double v0 = stop.speed(y.data() + n_) * h, v1 = stop.speed(next.data() + n_) * h;
-      // A cubic stays below its Bézier points, and most joints are far from their stops.
-      const bool isNear = x0 > 0 || mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3), 0);
-      if (stop.place == Place::free && !isNear) continue;
-      // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
-      const std::array<double, 4> depth = cubic(x0, v0, x1, v1);
-      const double lag = stop.d / (stop.k * h);
-      const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * depth[2], depth[2] + 3 * lag * depth[3],
-                                       depth[3]};
-      const double noise = stop.rounding(y.data());
-      const double pushNoise = noise * (1 + 5 * lag);
-      // So both ends are not above 0: as in due(). Rounding since change() may have lifted the first one.
-      const double allowed =
-          std::max(stop.noise(y.data(), y.data() + n_), stop.noise(next.data(), next.data() + n_));
-      const auto less = [](std::array<double, 4> g, double by) {
-        g[0] -= std::max(by, g[0]);
-        return g;
-      };
-      if (stop.place == Place::free) first = std::min(first, passing(less(depth, 0), noise));
-      if (stop.place == Place::pushing) first = std::min(first, passing(less(-push, allowed), pushNoise));
-      if (stop.place == Place::parted)
-        first = std::min({first, passing(less(-depth, 0), noise), passing(less(push, allowed), pushNoise)});
-    }
-    return first < 1 ? first * h : -1;
-  }
-  /// A joint shakes on a spring, or beside others that are hit.
-  bool mayHide(const ode::Stretch& of, bool isLong) const override {
-    return isLong && std::any_of(stops_.begin(), stops_.end(), [&](const Stop& stop) {
-             const double x0 = stop.depth(of.y.data()), x1 = stop.depth(of.next.data());
-             const double v0 = stop.speed(of.y.data() + n_), v1 = stop.speed(of.next.data() + n_);
-             return mayReach(x0, v0 * of.h, x1, v1 * of.h);
-           });
-  }
-  double hidden(const ode::Stretch& step) const override {
-    double first = 1;
-    for (const Stop& stop : stops_) {
-      const double noise = stop.rounding(step.y.data()), lag = stop.d / (stop.k * step.h);
-      const double pushNoise = noise * (1 + 12 * lag);
-      const double allowed = std::max(stop.noise(step.y.data(), step.y.data() + n_),
-                                      stop.noise(step.next.data(), step.next.data() + n_));
-      if (stop.place == Place::free) first = std::min(first, hidden(stop, step, 1, 0, 0, noise));
-      if (stop.place == Place::pushing)
-        first = std::min(first, hidden(stop, step, -1, lag, allowed, pushNoise));
-      if (stop.place == Place::parted) {
-        first = std::min(
-            {first, hidden(stop, step, -1, 0, 0, noise), hidden(stop, step, 1, lag, allowed, pushNoise)});
-      }
-    }
-    return first < 1 ? first * step.h : -1;
-  }
-  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    const double* next = of.next.data();
-    std::optional<ode::Crossing> first = firstDueOf(
-        stops_, of, [this](const Stop& stop, const double* y) { return stop.due(y, y + n_); },
-        [&](const Stop& stop) { return 2 * stop.noiseOfDue(next, next + n_); });
-    if (first) first->changesStiffness = true;
-    return first;
-  }
+  void addEvents(ode::EventList& to) const override { to.push_back(this); }
 
  private:
-  /// True if a joint may come to 0 between these places, with these rates. It may go farther than the rates
-  /// take it: there and back, and more.
-  static bool mayReach(double x0, double v0, double x1, double v1) {
-    constexpr double farther = 4;
-    return std::max(x0, x1) + farther * (std::abs(x1 - x0) + std::abs(v0) + std::abs(v1)) > 0;
+  // Two event functions of each stop.
+  int most() const override { return 2 * static_cast<int>(stops_.size()); }
+  void values(double /*t*/, const double* y, double* g) const override {
+    for (std::size_t k = 0; k < stops_.size(); ++k) stops_[k].events(y, y + n_, g + 2 * k);
   }
-  /// A place within a step where g = sign (x + lag ẋ) − allowed may be above 0 by more than `noise`; 1: there
-  /// is none. ẋ is that per step.
-  double hidden(const Stop& stop, const ode::Stretch& step, double sign, double lag, double allowed,
-                double noise) const {
-    const double h = step.h;
-    const double x0 = sign * stop.depth(step.y.data()), v0 = sign * stop.speed(step.y.data() + n_) * h;
-    const double x1 = sign * stop.depth(step.next.data()), v1 = sign * stop.speed(step.next.data() + n_) * h;
-    const std::array<double, 4> by = cubic(x0, v0, x1, v1);
-    const double bend0 = 2 * by[2], bend1 = 2 * by[2] + 6 * by[3];
-    if (!mayReach(x0 + lag * v0 - allowed, v0 + lag * bend0, x1 + lag * v1 - allowed, v1 + lag * bend1))
-      return 1;
+  void noise(double /*t*/, const double* y, double* of) const override {
+    for (std::size_t k = 0; k < stops_.size(); ++k) {
+      of[2 * k] = 2 * stops_[k].rounding(y);
+      of[2 * k + 1] = 2 * stops_[k].noise(y, y + n_);
+    }
+  }
+  bool haveSlopes() const override { return true; }
+  void slopes(double /*t*/, const double* y, const double* accelerations, double* slope) const override {
+    for (std::size_t k = 0; k < stops_.size(); ++k) {
+      const Stop& stop = stops_[k];
+      const double xd = stop.speed(y + n_), xdd = stop.speed(accelerations);
+      slope[2 * k] = stop.depthSign() * xd;
+      slope[2 * k + 1] = stop.pushSign() * (xd + stop.d / stop.k * xdd);
+    }
+  }
+  bool changeStiffness() const override { return true; }
 
-    // The quintic may be wrong by as much as it differs from the cubic.
-    const auto bendAt = [&](double t) {
-      return sign * stop.speed(step.course->accelerationsAt(t).data()) * (h * h);
-    };
-    const double a0 = bendAt(step.t), a1 = bendAt(step.t + h);
-    const auto due = [&](double top) {
-      Bezier x = bezier({x0, v0, a0}, {x1, v1, a1}, top);
-      const Bezier slope = slopeOf(x);
-      for (std::size_t k = 0; k < x.size(); ++k) x[k] += lag * slope[k];
-      // So it is not above 0 at the start: rounding since change() may have lifted it.
-      const double shift = std::max(allowed, x[0]);
-      for (double& g : x) g -= shift;
-      return x;
-    };
-    const Bezier quintic = due(0);
-    const double apart = (1 + 12 * lag) * std::max(std::abs(a0 - bend0), std::abs(a1 - bend1)) / 20;
-    if (*std::max_element(quintic.begin(), quintic.end()) + apart <= noise) return 1;
-    const double top = sign * stop.speed(step.course->bend().data());
-    return aboveBefore(due(top + std::abs(top)), noise);
-  }
   /// Lists those that do something now.
   void listActive() {
     active_.clear();

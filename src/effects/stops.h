@@ -11,7 +11,7 @@
 ///
 /// Parted, the joint leaves faster than the stop follows, which relaxes into its own damper; so V depends on
 /// the angle alone, P_d ≥ 0, and the energy balance closes. At each change of place the torque has a corner,
-/// and a jump where a damped stop is hit; the integrator lands there (ode/switches.h), so that each step sees
+/// and a jump where a damped stop is hit; the integrator lands there (ode/events.h), so that each step sees
 /// one smooth f.
 
 #include "effects/effect_kind.h"

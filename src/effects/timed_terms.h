@@ -51,6 +51,9 @@ class TimedTerms : public Effect, public Forces {
   void addTorques(const ChainState& at, double* tau) override;
   void addForceStiffness(const ChainState& at, double* XF) final;
   Powers powersAlong(const ChainState& at, const StateChange& along) override;
+  void saveOrRestore(Snapshot& snapshot) override {
+    snapshot(until_, longestStep_, reach_, factors_, sines_, lines_, jointTerms_, bodyTerms_);
+  }
   void reserveSeries(int orders) final;
   void addOrder(int k, const Series& known, const Actions& to) override;
 

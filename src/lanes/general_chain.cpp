@@ -33,6 +33,7 @@ GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool 
   const auto places = index(rows * lanes);
   for (int i = 0; i < chain.size(); ++i) isPrismatic_.push_back(chain.joints()[index(i)].isPrismatic);
   joints_.resize(places * Arrays::jointQuantities);
+  isMixed_ = std::find(isPrismatic_.begin() + leading_, isPrismatic_.end(), true) != isPrismatic_.end();
   if (!inSegments) {
     links_ = linksInLanes(chain, lanes, rows, 1, lanes);
     terms_.resize(Arrays::width * Arrays::rows);
@@ -49,7 +50,6 @@ GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool 
   e_.resize(places);
   F_.resize(places);
   for (auto* numbers : {&omega_, &N_, &xdd_, &moments_}) numbers->resize(places);
-  isMixed_ = std::find(isPrismatic_.begin() + leading_, isPrismatic_.end(), true) != isPrismatic_.end();
   if (isMixed_) displaced_.resize(places * Arrays::displacementQuantities);
 }
 
@@ -94,12 +94,22 @@ struct simd::GeneralEnds {
   double *xdd, *moments;
 };
 
-Vec2d simd::meet(const ArticulatedTerms<double>& shownByBodies, const TipTerms<double>& tipOfBodies,
-                 const GeneralEnds& ends, Moved<double>& pin) {
-  JointTerms<double> joints[mostLeading];
-  Vec2d y[mostLeading];
-  ArticulatedTerms<double> shown = shownByBodies;
-  TipTerms<double> ofTip = tipOfBodies;
+namespace {
+
+/// The wrench of the base, and the force on the tip, which is returned.
+Vec2d solveEnds(const ArticulatedTerms<double>& shown, const TipTerms<double>& ofTip,
+                const simd::GeneralEnds& ends) {
+  setWrench(shown, ends.base, ends.forces);
+  if (ends.tip.rows == 0) return {};
+  holdTip(ofTip, ends.base, ends.tip, ends.forces);
+  return ends.forces.tip.force;
+}
+
+/// Through the joints inside of the segments.
+[[gnu::noinline]] Vec2d meetLeading(ArticulatedTerms<double> shown, TipTerms<double> ofTip,
+                                    const simd::GeneralEnds& ends, Moved<double>& pin) {
+  JointTerms<double> joints[simd::mostLeading];
+  Vec2d y[simd::mostLeading];
   for (int i = ends.leading; i-- > 0;) {
     const Turned<double> body = turned(ends.bodies[i], ends.e[i], ends.omega[i]);
     const JointNumbers<double> law = numbersOf(ends.laws[i]);
@@ -111,16 +121,24 @@ Vec2d simd::meet(const ArticulatedTerms<double>& shownByBodies, const TipTerms<d
     y[i] = ofTip.passPrismatic(joints[i], law, ends.displaced[i].d);
     ofTip.stepInwards(ends.displaced[i]);
   }
+  const Vec2d tipForce = solveEnds(shown, ofTip, ends);
   pin = ends.base;
-  setWrench(shown, pin, ends.forces);
-  if (ends.tip.rows > 0) holdTip(ofTip, pin, ends.tip, ends.forces);
   for (int i = 0; i < ends.leading; ++i) {
     const JointNumbers<double> law = numbersOf(ends.laws[i]);
-    joints[i].epsilon += dot(y[i], ends.forces.tip.force);
+    joints[i].epsilon += dot(y[i], tipForce);
     ends.moments[i] = outwardsPrismatic(joints[i], law, ends.displaced[i], pin, ends.xdd[i]);
     toOuterPin(ends.e[i] * ends.bodies[i].p, ends.omega[i] * ends.omega[i], pin);
   }
-  return ends.forces.tip.force;
+  return tipForce;
+}
+
+}  // namespace
+
+Vec2d simd::meet(const ArticulatedTerms<double>& shown, const TipTerms<double>& ofTip,
+                 const GeneralEnds& ends, Moved<double>& pin) {
+  if (ends.leading > 0) return meetLeading(shown, ofTip, ends, pin);
+  pin = ends.base;
+  return solveEnds(shown, ofTip, ends);
 }
 
 void GeneralChain::arrange(const Outside& outside, const double* omega,
@@ -139,40 +157,43 @@ void GeneralChain::arrange(const Outside& outside, const double* omega,
   }
 }
 
-EndForces<double> GeneralChain::accelerations(const Outside& outside, const double* theta,
-                                              const double* omega, const Displacement<double>* displaced,
-                                              double turning, const Tip<double>& tip, double* xdd,
-                                              double* moments) {
-  EndForces<double> forces;
-  const simd::GeneralEnds ends{leading_,  bodies_.data(), outside.e,
-                               omega,     displaced,      laws_.data(),
-                               outside.N, outside.F,      {outside.ground, turning},
-                               tip,       forces,         xdd,
-                               moments};
-  const auto kind = tip.rows > 0                ? &simd::GeneralKernel::holdingTip
-                    : basePays_ || leading_ > 0 ? &simd::GeneralKernel::withWrench
-                                                : &simd::GeneralKernel::plain;
+inline void GeneralChain::run(simd::GeneralRun simd::GeneralKernel::*kind, const Outside& outside,
+                              const double* theta, const double* omega, const Displacement<double>* displaced,
+                              double turning, const simd::GeneralResults& to) {
   const simd::GeneralArrays arrays{arrangement_.bodies(),
                                    arrangement_.steps(),
                                    links_.data(),
                                    joints_.data(),
                                    kinds_.data(),
-                                   displaced,
+                                   isMixed_ ? displaced : nullptr,
                                    isMixed_ ? displaced_.data() : nullptr,
                                    terms_.data(),
                                    pairs_.data()};
-  if (!isCut()) {
-    (kernel_.generalLinks.*kind)(arrays, outside, theta, omega, turning, {xdd, moments, &ends});
-    return forces;
-  }
+  if (!isCut()) return (kernel_.generalLinks.*kind)(arrays, outside, theta, omega, turning, to);
   if (theta) kernel_.rotations(theta, &outside.e->c, arrangement_.bodies() + leading_);
   arrange(outside, omega, displaced);
   (kernel_.generalSegments.*kind)(arrays,
                                   {e_.data(), N_.data(), outside.F ? F_.data() : nullptr, outside.ground},
-                                  nullptr, omega_.data(), turning, {xdd_.data(), moments_.data(), &ends});
-  arrangement_.restore(xdd_.data(), xdd + leading_);
-  arrangement_.restore(moments_.data(), moments + leading_);
-  return forces;
+                                  nullptr, omega_.data(), turning, {xdd_.data(), moments_.data(), to.ends});
+  arrangement_.restore(xdd_.data(), to.xdd + leading_);
+  arrangement_.restore(moments_.data(), to.moments + leading_);
+}
+
+void GeneralChain::accelerations(const Outside& outside, const double* theta, const double* omega,
+                                 const Displacement<double>* displaced, double turning,
+                                 const Tip<double>& tip, double* xdd, double* moments,
+                                 EndForces<double>& ends) {
+  using simd::GeneralKernel;
+  if (tip.rows == 0 && !basePays_ && leading_ == 0) {
+    return run(&GeneralKernel::plain, outside, theta, omega, displaced, turning, {xdd, moments, nullptr});
+  }
+  const simd::GeneralEnds at{leading_,  bodies_.data(), outside.e,
+                             omega,     displaced,      laws_.data(),
+                             outside.N, outside.F,      {outside.ground, turning},
+                             tip,       ends,           xdd,
+                             moments};
+  run(tip.rows > 0 ? &GeneralKernel::holdingTip : &GeneralKernel::withWrench, outside, theta, omega,
+      displaced, turning, {xdd, moments, &at});
 }
 
 }  // namespace planar_chain

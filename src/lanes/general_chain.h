@@ -41,15 +41,18 @@ class GeneralChain {
   void take(const JointLaw<double>* laws);
   /// As GeneralRecursion::accelerations(), with the moments, forces and base of `outside` and the laws of
   /// take(). Writes outside.e, with room for ShortChain::roomFor(n) rotations; or reads it if theta, the
-  /// angles of the bodies, is nullptr. The result has a wrench only if basePays or the tip is held. Allocates
-  /// nothing.
-  EndForces<double> accelerations(const Outside& outside, const double* theta, const double* omega,
-                                  const Displacement<double>* displaced, double turning,
-                                  const Tip<double>& tip, double* xdd, double* moments);
+  /// angles of the bodies, is nullptr. Writes the wrench of the base to `ends` only if basePays or the tip is
+  /// held, the force on the tip only then. Allocates nothing.
+  void accelerations(const Outside& outside, const double* theta, const double* omega,
+                     const Displacement<double>* displaced, double turning, const Tip<double>& tip,
+                     double* xdd, double* moments, EndForces<double>& ends);
 
  private:
   bool isCut() const { return arrangement_.lanes() > 1; }
   void arrange(const Outside& outside, const double* omega, const Displacement<double>* displaced);
+  void run(simd::GeneralRun simd::GeneralKernel::*kind, const Outside& outside, const double* theta,
+           const double* omega, const Displacement<double>* displaced, double turning,
+           const simd::GeneralResults& to);
 
   const simd::Kernel& kernel_;
   bool basePays_;

@@ -3,7 +3,7 @@
 /// All that a kernel is made of, for the CPU that the including file's compiler options name.
 
 #include "lanes/ensemble_kernel.h"
-#include "lanes/general_kernel.h"
+#include "lanes/general_segment_kernel.h"
 #include "lanes/linear_kernel.h"
 #include "lanes/series_cart.h"
 

@@ -93,19 +93,23 @@ void requireName(std::vector<Fault>& faults, std::set<std::string>& taken, const
 
 }  // namespace
 
-Coordinates::Coordinates(const std::vector<Joint>& joints) {
+Coordinates::Coordinates(const std::vector<Joint>& joints) : size_(static_cast<int>(joints.size())) {
+  std::shared_ptr<int[]> numbers(new int[2 * joints.size()]);
   int turner = none;
-  for (const Joint& joint : joints) {
-    const int i = size();
-    inner_.push_back(joint.isPrismatic ? none : turner);
-    if (joint.isPrismatic) {
+  for (int i = 0; i < size_; ++i) {
+    const bool isPrismatic = joints[index(i)].isPrismatic;
+    numbers[i] = isPrismatic ? none : turner;
+    if (isPrismatic) {
       anyIsPrismatic_ = true;
       turner == none ? void(++leading_) : void(anyIsInside_ = true);
     } else {
       turner = i;
     }
-    turner_.push_back(turner);
+    numbers[size_ + i] = turner;
   }
+  inner_ = numbers.get();
+  turner_ = inner_ + size_;
+  numbers_ = std::move(numbers);
 }
 
 std::vector<Fault> faultsOf(const Link& link, bool isPrismatic) {
@@ -143,7 +147,8 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity) 
     const std::string path = "links/" + links[i].name;
     requireName(faults, linkNames, path, links[i].name);
     requireName(faults, jointNames, path + "/joint/name", joints[i].name);
-    for (const auto& own : {faultsOf(links[i], joints[i].isPrismatic), faultsOf(joints[i])}) {
+    for (const auto& own :
+         {faultsOf(links[i], joints[i].isPrismatic), faultsOfEffects(links[i]), faultsOf(joints[i])}) {
       for (const Fault& fault : own) {
         faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
         isSound = false;

@@ -94,7 +94,7 @@ void AdaptiveSteps::restartAfter(Change change) {
   jumps_ = 0;
   if (change == Change::all) {
     stiffness_->begin();
-  } else if (change == Change::stiffBend || change == Change::stiffness) {
+  } else if (change == Change::stiffKink || change == Change::stiffness) {
     stiffness_->change();
   }
 }

@@ -34,6 +34,10 @@ class AdaptiveSteps : public Integrator {
   void setTolerance(const Tolerance& tolerance) override;
   const Tolerance& tolerance() const { return tolerance_; }
   StepCount count() const override { return count_; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    stepper_->saveOrRestore(snapshot);
+    snapshot(*stiffness_, lastLog_, h_, justRejected_, finite_, jumps_, count_);
+  }
 
   /// One attempt of a step towards `end`. Returns nothing if it is rejected, which shortens the next.
   std::optional<Outcome> attempt(State& state, double end, double longestStep);

@@ -41,6 +41,10 @@ class ExplicitRungeKutta : public Stepper {
   void step(double t, double h, const Vector& y) override;
   void accept() override;
   void forget() override { firstIsKnown_ = false; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    snapshot(firstIsKnown_);
+    if (firstIsKnown_) snapshot.block(k_.front(), static_cast<std::size_t>(rates_));
+  }
 
  private:
   /// Shorter chains' sums are up to 10 % of a step faster with the rates of the stages.

@@ -105,6 +105,17 @@ class FastestSteps : public Integrator {
     for (AdaptiveSteps& method : methods_) method.setTolerance(tolerance);
   }
   StepCount count() const override { return count_; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    std::size_t lastTried = 0;
+    for (std::size_t k = 0; k < methods_.size(); ++k) {
+      methods_[k].saveOrRestore(snapshot);
+      if (lastTried_ == &methods_[k]) lastTried = k;
+    }
+    snapshot(inUse_, challenger_, lastTried, started_, onTrial_, patience_, failures_);
+    snapshot(incumbentSpeed_, incumbentStep_, lastSpeed_, trialCostLeft_, leap_, end_, onTrials_,
+             onIncumbents_, usualSpeed_, run_, before_, count_);
+    lastTried_ = &methods_[lastTried];
+  }
 
  private:
   // No choice below changes what meets the tolerance, only the cost. `test/knobs.py src/ode/fastest_steps.cpp

@@ -17,10 +17,10 @@ namespace planar_chain::ode {
 enum class Outcome {
   arrived,       ///< t is the end
   underway,      ///< one step was made towards the end
-  switched,      ///< as underway, and f changes here: see switches.h
+  switched,      ///< as underway, and f changes here: see events.h
   notFinite,     ///< the next step is not finite, however short it is
   undetermined,  ///< a projection moves the state by far more than the tolerance: see projected_steps.h
-  endless,       ///< switches follow each other, and time does not pass
+  endless,       ///< events follow each other, and time does not pass
   stepTooSmall,  ///< the tolerance needs steps below the spacing of the numbers at t, or at 1 s
 };
 
@@ -91,7 +91,7 @@ struct Tolerance {
   }
 };
 
-struct Crossing;
+struct LocatedEvent;
 
 class Integrator {
  public:
@@ -117,23 +117,26 @@ class Integrator {
   /// Returns the largest ratio of a component of `error`, arranged, to the error that a step of h may add at
   /// y. The last advance() may end with an error more whose norm is at most 1.
   virtual double errorNorm(const Vector& y, double h, const Vector& error) const = 0;
-  /// The switch at which the last advance() ended. Valid only after `switched`.
-  virtual const Crossing& crossing() const;
+  /// The event at which the last advance() ended. Valid only after `switched`.
+  virtual const LocatedEvent& event() const;
   /// Call this when the state was set to one within the last advance(). May move it within its error.
   virtual void endAt(State& /*state*/) {}
   /// Call this when the state was moved within its error.
   virtual void forgetSlope() = 0;
   /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,
-  /// or f was replaced. A bend is a jump after which the step size still suits; at a stiff one the stiffness
+  /// or f was replaced. A kink is a jump after which the step size still suits; at a stiff one the stiffness
   /// may have changed, too.
   void restart() { restartAfter(Change::jump); }
-  void passSwitch() { restartAfter(Change::stiffness); }
+  void passEvent() { restartAfter(Change::stiffness); }
   void begin() { restartAfter(Change::all); }
-  enum class Change { bend, stiffBend, jump, stiffness, all };
+  enum class Change { kink, stiffKink, jump, stiffness, all };
   virtual void restartAfter(Change change) = 0;
   /// From the next step on. An integrator without error control ignores it.
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}
   virtual StepCount count() const = 0;
+  /// All that the next steps depend on, and count() (simd/snapshot.h). The tolerance is set before. Call it
+  /// between two advance().
+  virtual void saveOrRestore(Snapshot& snapshot) = 0;
 };
 
 /// Steps of another integrator, with something more: what is not said otherwise is that one's.
@@ -152,6 +155,7 @@ class StepsOf : public Integrator {
   void forgetSlope() override { steps_->forgetSlope(); }
   void setTolerance(const Tolerance& tolerance) override { steps_->setTolerance(tolerance); }
   StepCount count() const override { return steps_->count(); }
+  void saveOrRestore(Snapshot& snapshot) override { steps_->saveOrRestore(snapshot); }
 
  protected:
   std::unique_ptr<Integrator> steps_;

@@ -47,6 +47,11 @@ class LocalStiffness {
     least_ = std::numeric_limits<double>::infinity();
     lasting_ = &eigenvalue_;
   }
+  void saveOrRestore(Snapshot& snapshot) {
+    bool isLeast = lasting_ == &least_;
+    snapshot(calls_, eigenvalue_, counted_, least_, isLeast, noise_, direction_);
+    lasting_ = isLeast ? &least_ : &eigenvalue_;
+  }
   /// Measures both at the arranged state y, by six evaluations of f. Units that the tolerance does not have
   /// are 1.
   void update(double t, const Vector& y, const Tolerance& tolerance = {}) {

@@ -78,6 +78,11 @@ class Radau : public ImplicitStepper {
     rate_ = 1;
     ImplicitStepper::forget();
   }
+  void saveOrRestore(Snapshot& snapshot) override {
+    ImplicitStepper::saveOrRestore(snapshot);
+    snapshot(hLast_, rate_, iterations_);
+    if (hLast_ > 0) snapshot.block(last_.data(), static_cast<std::size_t>(last_.size()));
+  }
 
  private:
   static constexpr int stages = RadauTable::stages;

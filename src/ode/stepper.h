@@ -80,6 +80,8 @@ class Stepper {
   /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}
+  /// What the next steps depend on (simd/snapshot.h). The tolerance is set before.
+  virtual void saveOrRestore(Snapshot& snapshot) = 0;
   /// Call this when f has jumped or the state was set. Discards all stored values of f.
   virtual void forget() = 0;
   /// Call this when the state at the end of the accepted step was moved within its error. Discards f there.
@@ -104,6 +106,9 @@ class ImplicitStepper : public Stepper {
   void accept() override { linearized_ = false; }
   void forget() override { linearized_ = false; }
   void forgetSlope() override { linearized_ = false; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    if (snapshot.isReading()) linearized_ = false;
+  }
 
  protected:
   void linearize(double t, const Vector& y) {

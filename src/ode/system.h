@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "simd/cache_lines.h"
+#include "simd/snapshot.h"
 
 namespace planar_chain::ode {
 
@@ -40,6 +41,10 @@ class Vector : public Eigen::Map<Eigen::VectorXd> {
     lines_ = std::move(other.lines_);
     show();
     return *this;
+  }
+  void saveOrRestore(Snapshot& snapshot) {
+    snapshot(lines_);
+    show();
   }
 
  private:
@@ -148,6 +153,7 @@ struct State {
 
   State() = default;
   explicit State(Eigen::Index size) : y(size), carry(size) {}
+  void saveOrRestore(Snapshot& snapshot) { snapshot(t, y, carry); }
   /// Converts y from the order of derivative(). restoredBy() converts it back. Both allocate.
   State(const System& f, const Eigen::VectorXd& values) : State(f.arrangedSize()) {
     f.arrange(values.data(), y.data());

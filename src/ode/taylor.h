@@ -60,6 +60,10 @@ class Taylor : public Stepper {
   }
   void accept() override { forget(); }
   void forget() override { isKnown_ = false; }
+  void saveOrRestore(Snapshot& snapshot) override {
+    snapshot(cost_, isKnown_);
+    if (isKnown_) snapshot(c_);
+  }
 
  private:
   void findSeries(double t, const Vector& y, const Vector* carry = nullptr) {

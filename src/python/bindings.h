@@ -16,6 +16,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "planar_chain/kinematics.h"
+#include "planar_chain/linear_model.h"
 #include "planar_chain/scene.h"
 #include "planar_chain/simulation.h"
 #include "planar_chain/value.h"
@@ -99,8 +101,8 @@ void warn(const std::string& words);
 
 /// The matrices of the equations, by letter.
 py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
-/// A and B.
-py::tuple linearizedAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
+/// A and B. Its notes become warnings.
+py::tuple shownModel(LinearModel model);
 
 /// True until Ctrl-C, at which it looks every twentieth of a second. It may be called without the GIL.
 class Uninterrupted {
@@ -125,8 +127,8 @@ struct Reading;  // a measurement
 template <class T, class... Others>
 constexpr bool isOneOf = std::disjunction_v<std::is_same<T, Others>...>;
 template <class T>
-constexpr bool isBound =
-    isOneOf<T, TreeAndScene, Running, Runs, Fault, Energy, EnergyBalance, Statistics, Reading>;
+constexpr bool isBound = isOneOf<T, TreeAndScene, Running, Runs, Fault, Energy, EnergyBalance, Statistics,
+                                 Reading, SavedState, FrameMotion>;
 
 /// Arguments of a bound class. An object that __new__ alone made is refused: it holds nothing.
 template <class T>
@@ -149,6 +151,7 @@ struct InitializedCaster : py::detail::type_caster_base<T> {
 
 void bindScene(py::module& module);
 void bindEquations(py::module& module);
+void bindKinematics(py::module& module, py::class_<TreeAndScene>& scene);
 void bindSimulation(py::module& module);
 void bindMany(py::module& module);
 /// Makes every function of the module raise readable errors for wrong arguments.

@@ -57,13 +57,31 @@ py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, con
   return all;
 }
 
-py::tuple linearizedAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
-  requireFewLinks(scene);
-  LinearModel model = released([&] { return linearModel(scene, t, q, qd); });
+py::tuple shownModel(LinearModel model) {
+  for (const std::string& note : model.notes) warn(note);
   requireFinite("derivatives", model.A);
   requireFinite("derivatives", model.B);
   return py::make_tuple(std::move(model.A), std::move(model.B));
 }
+
+namespace {
+
+/// tau: None, "holding" or n numbers; friction: "acts" or "slips"
+OperatingPoint pointOf(const Given& tau, const py::object& friction) {
+  OperatingPoint about;
+  if (py::isinstance<py::str>(tau)) {
+    about.isHeld = tau.equal(py::str("holding"));
+    if (!about.isHeld) throw Refused({{"tau", "None, 'holding' or an array of numbers", shown(tau)}});
+  } else {
+    about.tau = vectorIn(tau, "tau");
+  }
+  about.slips = friction.equal(py::str("slips"));
+  if (!about.slips && !friction.equal(py::str("acts")))
+    throw Refused({{"friction", "'acts' or 'slips'", shown(friction)}});
+  return about;
+}
+
+}  // namespace
 
 Eigen::VectorXd inverseAt(const TreeAndScene& of, const py::object& accelerations, const Given& at,
                           const Given& rates, const py::object& time) {
@@ -79,7 +97,35 @@ Eigen::VectorXd inverseAt(const TreeAndScene& of, const py::object& acceleration
   return atGiven(of, time, at, rates, inverse, std::move(faults));
 }
 
+static void bindLinearize(py::module& module) {
+  const auto none = [](const char* name) { return py::arg(name) = py::none(); };
+  module.def(
+      "linearize",
+      [](const TreeAndScene& of, const Given& at, const Given& rates, const Given& tau,
+         const py::object& friction, const py::object& time) {
+        const OperatingPoint about = pointOf(tau, friction);
+        const auto near = [&about](const Scene& its, double when, const auto& angles, const auto& ratesThen) {
+          requireFewLinks(its);
+          return shownModel(released([&] { return linearModel(its, when, angles, ratesThen, about); }));
+        };
+        return atGiven(of, time, at, rates, near);
+      },
+      py::arg("scene"), none("q"), none("qd"), none("tau"), py::arg("friction") = "acts", py::arg("t") = 0.0,
+      R"(Returns A (2n×2n) and B (2n×n) of ẋ = A x + B δτ near a state and torques.
+
+x = (δq, δq̇) is a small change of the state, in rad and rad/s; δτ is additional torque in the joints, N m.
+A is the Jacobian of the motion, exact to rounding. It depends on the torques tau (n, N m) that act in the joints beside all else: None: 0;
+'holding': those that hold this state, q̈ = 0. A state at rest that they do not hold is a warning.
+
+friction: with 'acts' a joint at rest may stick; then its column of B is 0, and a warning says so. With 'slips' it
+counts as one that slips, without friction. Motors and delays of commands are in neither A nor B, as a warning says: δτ is what acts.
+The default state, and what is refused, are those of equations().
+Of a closed chain, whose tip is held, A and B are as large, and hold for changes with J_c δq = 0 (J_c: see equations());
+B has the rank n − 2, or n − 1 for a tip on a line.)");
+}
+
 void bindEquations(py::module& module) {
+  bindLinearize(module);
   const auto scene = py::arg("scene");
   const auto q = py::arg("q") = py::none(), qd = py::arg("qd") = py::none();
   const auto t = py::arg("t") = 0.0;
@@ -97,17 +143,6 @@ one of the results is not. The dict has the letters that `equations --json` prin
     q, qd, qdd, tau, M_ext, f_ext, f    n        F            2n
     S                                   n×2×2    V_pd, A_1, A_2   n×2n
     T, W_pd, A_3, M                     n×n)");
-  module.def(
-      "linearize",
-      [](const TreeAndScene& of, const Given& at, const Given& rates, const py::object& time) {
-        return atGiven(of, time, at, rates, linearizedAt);
-      },
-      scene, q, qd, t, R"(Returns A (2n×2n) and B (2n×n) of ẋ = A x + B δτ near a state.
-
-x = (δq, δq̇) is a small change of the state, in rad and rad/s; δτ is additional torque in the joints, N m.
-A is the Jacobian of the motion, exact to rounding. Motors and delays of commands are in neither: δτ is what acts. The default state, and what is refused, are those of equations().
-Of a closed chain, whose tip is held, A and B are as large, and hold for changes with J_c δq = 0 (J_c: see equations());
-B has the rank n − 2, or n − 1 for a tip on a line.)");
   module.def(
       "inverse_dynamics", &inverseAt, scene, py::arg("qdd"), q, qd, t,
       R"(Returns the joint torques, n, N m, that give the accelerations qdd (n, rad/s²) beside all that acts.

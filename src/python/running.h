@@ -62,12 +62,14 @@ struct Reading {
 class Running {
  public:
   Running(const TreeAndScene& from, int commands, bool measures = false)
-      : simulation_(from.scene, commands, measures) {}
+      : simulation_(std::make_unique<Simulation>(from.scene, commands, measures)) {}
+  /// In the same state.
+  explicit Running(Running& other) : simulation_(other.idle().copy()) {}
 
   /// @throws std::runtime_error while another thread advances it
   Simulation& idle() {
     if (isBusy_) throw std::runtime_error("another thread advances this simulation");
-    return simulation_;
+    return *simulation_;
   }
 
   /// Returns f(simulation) while other threads run. They may not use this simulation.
@@ -90,7 +92,7 @@ class Running {
     });
     if (arrives) return;
     if (PyErr_Occurred()) throw py::error_already_set();
-    throw Failed(simulation_.fault().empty() ? budget.reason() : simulation_.fault() + cure);
+    throw Failed(simulation_->fault().empty() ? budget.reason() : simulation_->fault() + cure);
   }
 
   /// A failure may be the commands' fault: the simulation goes on from its last good state.
@@ -108,8 +110,8 @@ class Running {
 
   /// Such as "n = 2, t = 0.5 s". Any thread may call it.
   std::string words() const {
-    return "n = " + std::to_string(simulation_.scene().chain.size()) +
-           (isBusy_ ? ", advanced by a thread" : ", t = " + toText(simulation_.time()) + " s");
+    return "n = " + std::to_string(simulation_->scene().chain.size()) +
+           (isBusy_ ? ", advanced by a thread" : ", t = " + toText(simulation_->time()) + " s");
   }
 
   /// Writes q and then q̇, 2n.
@@ -120,11 +122,18 @@ class Running {
   }
 
  private:
-  Simulation simulation_;
+  std::unique_ptr<Simulation> simulation_;
   bool isBusy_ = false;
 };
 
 void bindCommands(py::class_<Running>& simulation);
+/// Simulation.transition(), and what simulate() returns with derivatives.
+void bindDerivatives(py::module& module, py::class_<Running>& simulation);
+/// simulate() with a list of derivatives.
+py::object differentiated(const TreeAndScene& scene, const std::vector<double>& instants,
+                          const py::object& names, const py::object& mostSteps);
+/// Motions of frames.
+void bindMotion(py::class_<Running>& simulation);
 /// Laws that driven joints and the base follow.
 void bindLaws(py::class_<Running>& simulation);
 

@@ -381,6 +381,7 @@ Raises OSError if the file cannot be read.)")
       .def_property_readonly("state", &stateOf,
                              "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).")
       .def("__repr__", &summaryOf);
+  bindKinematics(module, scene);
 }
 
 }  // namespace planar_chain::python

@@ -121,66 +121,37 @@ void bindReading(py::module& module) {
   showFields(reading, {"sensor", "time", "values"});
 }
 
-/// Lets a simulation follow its derivatives as long as this lives.
-class Following {
- public:
-  explicit Following(Simulation& its, const std::vector<VariedNumber>& numbers = {}) : its_(its) {
-    its_.followDerivatives(numbers);
-  }
-  Following(const Following&) = delete;
-  Following& operator=(const Following&) = delete;
-  ~Following() { its_.stopDerivatives(); }
-
- private:
-  Simulation& its_;
-};
-
-constexpr const char* byState = "state";
-constexpr const char* byTorques = "torques";
-
-/// The motion and its derivatives, as simulate() returns them.
-struct Run {
-  Numbers states;
-  py::dict derivatives;
-};
-
-Run differentiated(const TreeAndScene& scene, const std::vector<double>& instants, const py::object& names,
-                   const py::object& mostSteps) {
-  std::vector<std::string> wanted;
-  std::vector<VariedNumber> numbers;
-  for (const py::handle& name : py::list(names)) {
-    wanted.push_back(textOf(py::reinterpret_borrow<py::object>(name), "derivatives"));
-    if (wanted.back() != byState && wanted.back() != byTorques)
-      numbers.push_back(variedNumber(scene.tree, wanted.back()));
-  }
-  Running running(scene, 0);
-  const StepBudget budget = running.budget(instants.empty() ? 0 : instants.back(), stepsOf(mostSteps));
-  const Following following(running.idle(), numbers);
-  const auto rows = static_cast<py::ssize_t>(2 * running.size()),
-             count = static_cast<py::ssize_t>(instants.size());
-  Run run{Numbers({count, rows}), {}};
-  std::vector<Numbers> arrays;
-  for (const std::string& name : wanted) {
-    arrays.emplace_back(std::vector<py::ssize_t>{count, rows,
-                                                 name == byState     ? rows
-                                                 : name == byTorques ? rows / 2
-                                                                     : py::ssize_t{1}});
-    run.derivatives[py::str(name)] = arrays.back();
-  }
-  for (py::ssize_t k = 0; k < count; ++k) {
-    running.advanceTo(instants[static_cast<std::size_t>(k)], budget);
-    running.writeState(run.states.mutable_data(k, 0));
-    const Derivatives at = running.idle().derivatives();
-    Eigen::Index number = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      const Eigen::MatrixXd columns = wanted[i] == byState     ? at.state
-                                      : wanted[i] == byTorques ? at.torques
-                                                               : Eigen::MatrixXd(at.numbers.col(number++));
-      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-      Eigen::Map<RowMajor>(arrays[i].mutable_data(k, 0, 0), columns.rows(), columns.cols()) = columns;
-    }
-  }
-  return run;
+void bindSaving(py::module& module, py::class_<Running>& simulation) {
+  py::class_<SavedState>(module, "SavedState",
+                         "The state of a Simulation: all that decides what it does next. save() returns it; "
+                         "it pickles.")
+      .def(py::pickle([](const SavedState& self) { return py::bytes(self.bytes()); },
+                      [](const py::bytes& bytes) { return SavedState(bytes); }))
+      .def_property_readonly(
+          "bytes", [](const SavedState& self) { return py::bytes(self.bytes()); }, "What pickles.")
+      .def("__repr__", [](const SavedState& self) {
+        return "<SavedState, " + std::to_string(self.bytes().size()) + " bytes>";
+      });
+  simulation
+      .def(
+          "save", [](Running& self) { return self.idle().save(); },
+          R"(Returns the present state, for restore(): time, angles and rates; the method, its step and what it has
+found out; commands that act or wait; torques that lag; what sticks; measurements that were not taken; laws of
+driven joints; works and counts. It changes nothing.)")
+      .def(
+          "restore",
+          [](Running& self, const SavedState& saved) {
+            Simulation& its = self.idle();
+            its.restore(saved);
+          },
+          py::arg("saved"),
+          R"(Goes back to a state that save() returned, here or in another Simulation of the same scene and commands.
+The same calls then give the same bits as they gave there. Raises Refused for a state of another scene, another
+number of commands, another version of the program or another kind of CPU.)")
+      .def(
+          "__deepcopy__",
+          [](Running& self, const py::object& /*memo*/) { return std::make_unique<Running>(self); },
+          py::arg("memo"), "Returns a Simulation in the same state, which goes on by itself.");
 }
 
 void bindState(py::class_<Running>& simulation) {
@@ -198,22 +169,6 @@ void bindState(py::class_<Running>& simulation) {
 
 Raises Failed when the integration fails, or after most_steps steps: by default a million for each second so far,
 and at least a million. The state is then that of the last good step.)")
-      .def(
-          "transition",
-          [](Running& self, const py::object& t, const py::object& mostSteps) {
-            const double end = numberOf(t, "t");
-            const StepBudget budget = self.budget(end, stepsOf(mostSteps));
-            const Following following(self.idle());
-            self.advanceTo(end, budget);
-            Derivatives derivatives = self.idle().derivatives();
-            return py::make_tuple(std::move(derivatives.state), std::move(derivatives.torques));
-          },
-          py::arg("t"), py::arg("most_steps") = py::none(),
-          R"(Advances to t as advance_to(), and returns Phi, Gamma: how the state (q, q̇) at t changes with the present
-one, 2n × 2n, and with torques that are held in the joints from now to t, 2n × n; through motors as commanded torques.
-
-In a closed chain a change of the state counts as far as the tip allows it; driven joints have columns of zeros. Raises
-ValueError, at t, if the motion has no derivatives.)")
       .def_property_readonly(
           "time", [](Running& self) { return self.idle().time(); }, "s")
       .def_property_readonly("state", &stateOf, "A new array, 2n: angles q (rad), then rates (rad/s).")
@@ -232,7 +187,7 @@ ValueError, at t, if the motion has no derivatives.)")
           },
           q, qd,
           "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "
-          "the torques in the lags of motors.")
+          "the torques in the lags of motors: restore() sets those, too.")
       .def(
           "settle",
           [](Running& self) {
@@ -256,6 +211,24 @@ Numbers written(Running& self, void (Simulation::*write)(double*), const char* w
   (self.idle().*write)(numbers.mutable_data());
   requireFinite(what, Eigen::VectorXd::Map(numbers.data(), numbers.size()));
   return numbers;
+}
+
+void bindModels(py::class_<Running>& simulation) {
+  simulation
+      .def(
+          "equations", [](Running& self) { return atPresent(self.idle(), equationsAt); },
+          "As the function equations(), at the present state, with the commands in force.")
+      .def(
+          "linearize",
+          [](Running& self, bool motors) {
+            requireFewLinks(self.idle().scene());
+            return shownModel(self.alone([&](Simulation& its) { return its.linearize(motors); }));
+          },
+          py::arg("motors") = false,
+          R"(As the function linearize(), at the present state, under the commands in force.
+
+motors=True: δτ are commanded torques, and the torques that lag (time_constant) are states behind (δq, δq̇), in chain
+order, N m; a torque-speed line that bounds a torque counts, and a command cut off at its limit changes nothing.)");
 }
 
 void bindQuantities(py::class_<Running>& simulation) {
@@ -307,23 +280,13 @@ Fields, with base-frame components: inner_pin, com (n×2, m), angle (n, rad), ve
           "statistics", [](Running& self) { return self.idle().statistics(); },
           "Returns the steps made since the start or reset().")
       .def_property_readonly(
-          "method", [](Running& self) { return self.idle().method(); }, "In use, such as 'dopri5'.")
-      .def(
-          "equations", [](Running& self) { return atPresent(self.idle(), equationsAt); },
-          "As the function equations(), at the present state, with the commands in force.")
-      .def(
-          "linearize", [](Running& self) { return atPresent(self.idle(), linearizedAt); },
-          "As the function linearize(), at the present state, with the commands in force, whose torques "
-          "count as constant.");
+          "method", [](Running& self) { return self.idle().method(); }, "In use, such as 'dopri5'.");
 }
 
 }  // namespace
 
 void bindSimulation(py::module& module) {
   bindResults(module);
-  py::class_<Run>(module, "Run", "What simulate() returns with derivatives.")
-      .def_readonly("states", &Run::states, "times × 2n: q (rad), then q̇ (rad/s).")
-      .def_readonly("derivatives", &Run::derivatives, "Arrays by name: times × 2n × columns.");
   bindReading(module);
   py::register_exception<Failed>(module, "Failed", PyExc_RuntimeError).attr("__doc__") =
       "Raised when an integration fails; says why.";
@@ -337,8 +300,12 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
                  }),
                  py::arg("scene"), py::arg("commands") = 16);
   bindState(simulation);
+  bindSaving(module, simulation);
   bindQuantities(simulation);
+  bindModels(simulation);
+  bindMotion(simulation);
   bindCommands(simulation);
+  bindDerivatives(module, simulation);
   bindLaws(simulation);
 
   module.def(
@@ -347,7 +314,7 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
          const py::object& derivatives) -> py::object {
         const std::vector<double> instants = timesOf(times);
         requireTimes(instants);
-        if (!derivatives.is_none()) return py::cast(differentiated(scene, instants, derivatives, mostSteps));
+        if (!derivatives.is_none()) return differentiated(scene, instants, derivatives, mostSteps);
         Running running(scene, 0);
         const StepBudget budget = running.budget(instants.empty() ? 0 : instants.back(), stepsOf(mostSteps));
         Numbers states(

@@ -13,14 +13,14 @@
 /// a prismatic joint the force along its axis d. J is the armature of the joint, f = N, and body j has β = b
 /// − ω² A P. Inwards, from zeros at the tip:
 ///
-///     body          H ← m iR + A iP + H          Q ← I + m|R|² + iP·(A iP) + 2 iP·H + Q       (the old A, H,
-///     Q)
-///                   A ← m + A                    b ← β − ω² m R − F                           c ← iP·β + c −
-///                   ω² H·P
+///     body          Q ← I + m|R|² + iP·(A iP) + 2 iP·H + Q
+///                   c ← iP·β + c − ω² H·P          b ← β − ω² m R − F
+///                   H ← m iR + A iP + H            A ← m + A
 ///     revolute      u = H      v = Q       D_0 = Q          ε = f − c
 ///     prismatic     u = A d    v = H·d     D_0 = d·u        ε = f − d·b
-///     free          A ← A − u uᵀ/D    H ← H − u v/D    Q ← Q − v²/D    b ← b + u ε/D    c ← c + v ε/D    D =
-///     D_0 + J prescribed    b ← b + u q̈      c ← c + v q̈
+///     free          A ← A − u uᵀ/D         H ← H − u v/D    Q ← Q − v²/D      with D = D_0 + J
+///                   b ← b + u ε/D          c ← c + v ε/D
+///     prescribed    b ← b + u q̈            c ← c + v q̈
 ///
 /// A revolute joint shows κ u, κ D_0 and κ (D_0 q̈ − ε) with κ = J/D, or κ = 1 if it is prescribed: so nothing
 /// cancels, and N is not in c. From the own point of a body behind a prismatic joint to the pin inside, with

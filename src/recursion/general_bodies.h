@@ -27,26 +27,52 @@ struct GeneralState {
   Tip<double> tip{};       ///< the rows that act; their acceleration is not read
 };
 
-/// A body, and its prismatic joint.
-struct GeneralBody : BodyAt<double> {
+/// A prismatic joint.
+struct SlideAt {
   Vec2d axis, S;                      ///< direction, and displacement, m
-  Vec2d force;                        ///< on the body and all outside, at its own point, N
+  Vec2d force;                        ///< on its body and all outside, at the body's own point, N
   double rate = 0, acceleration = 0;  ///< ṡ, s̈
 };
 
 /// The bodies at that state.
 class GeneralBodies {
  public:
-  explicit GeneralBodies(const Chain& chain) : chain_(chain), at_(index(chain.size())), forces_(at_.size()) {}
+  explicit GeneralBodies(const Chain& chain)
+      : chain_(chain),
+        coordinates_(chain.coordinates()),
+        at_(index(chain.size())),
+        slides_(coordinates_.anyIsPrismatic() ? at_.size() : 0),
+        forces_(at_.size()) {}
 
   /// Allocates nothing.
   void take(const GeneralState& state) {
     joints_ = state.joints;
     tip_ = state.tip;
+    const std::size_t mixed = coordinates_.anyIsInside() ? size() : index(coordinates_.leading());
     Moved<double> moved{state.base, state.baseTurning};
-    for (std::size_t j = 0; j < at_.size(); ++j) {
+    takeOutwards<true>(state, 0, mixed, moved);
+    takeOutwards<false>(state, mixed, size(), moved);
+    Vec2d outer = -1.0 * state.tipForce;
+    takeInwards<false>(state, mixed, size(), outer);
+    takeInwards<true>(state, 0, mixed, outer);
+  }
+
+  std::size_t size() const { return at_.size(); }
+  const BodyAt<double>& operator[](std::size_t j) const { return at_[j]; }
+  /// Joint j, if it is prismatic.
+  const SlideAt& slide(std::size_t j) const { return slides_[j]; }
+  const JointLaw<double>& joint(std::size_t j) const { return joints_[j]; }
+  bool isPrismatic(std::size_t j) const { return coordinates_.isPrismatic(static_cast<int>(j)); }
+  const Coordinates& coordinates() const { return coordinates_; }
+  const Tip<double>& tip() const { return tip_; }
+
+ private:
+  /// Bodies first … end − 1. isMixed: a joint may be prismatic.
+  template <bool isMixed>
+  void takeOutwards(const GeneralState& state, std::size_t first, std::size_t end, Moved<double>& moved) {
+    for (std::size_t j = first; j < end; ++j) {
       const Link& link = chain_.links()[j];
-      GeneralBody& body = at_[j];
+      BodyAt<double>& body = at_[j];
       body.m = link.mass;
       body.R = state.e[j] * link.com;
       body.P = state.e[j] * link.pin;
@@ -54,41 +80,35 @@ class GeneralBodies {
       body.omega = state.omega[j];
       body.k = state.k[j];
       body.d = state.d[j];
-      if (isPrismatic(j)) {
+      if (isMixed && isPrismatic(j)) {
         const auto& [d, S, gamma] = state.displaced[j];
-        body.axis = d;
-        body.S = S;
-        body.rate = state.rates[j];
-        body.acceleration = state.xdd[j];
-        moved.a = mulAdd(moved.alpha, perp(S), moved.a + gamma) + body.acceleration * d;
+        slides_[j] = {d, S, {}, state.rates[j], state.xdd[j]};
+        moved.a = mulAdd(moved.alpha, perp(S), moved.a + gamma) + state.xdd[j] * d;
       } else {
         moved.alpha = state.xdd[j];
       }
       body.alpha = moved.alpha;
       body.kappa = -body.m * dot(body.R, moved.a);
-      forces_[j] = body.m * accelerationAt<double>(body, moved.a, body.R);
-      moved.a = accelerationAt<double>(body, moved.a, body.P);
+      forces_[j] = body.m * accelerationAt(body, moved.a, body.R);
+      moved.a = accelerationAt(body, moved.a, body.P);
     }
-    Vec2d outer = -1.0 * state.tipForce;
-    for (std::size_t j = at_.size(); j-- > 0;) {
+  }
+  template <bool isMixed>
+  void takeInwards(const GeneralState& state, std::size_t first, std::size_t end, Vec2d& outer) {
+    for (std::size_t j = end; j-- > first;) {
+      const bool isSlide = isMixed && isPrismatic(j);
       at_[j].kappa -= dot(at_[j].P, outer);
-      if (state.XF && !isPrismatic(j)) at_[j].kappa += state.XF[j];
+      if (state.XF && !isSlide) at_[j].kappa += state.XF[j];
       outer += forces_[j];
       if (state.F) outer -= state.F[j];
-      at_[j].force = outer;
+      if (isSlide) slides_[j].force = outer;
     }
   }
 
-  std::size_t size() const { return at_.size(); }
-  const GeneralBody& operator[](std::size_t j) const { return at_[j]; }
-  const JointLaw<double>& joint(std::size_t j) const { return joints_[j]; }
-  bool isPrismatic(std::size_t j) const { return chain_.joints()[j].isPrismatic; }
-  const Coordinates& coordinates() const { return chain_.coordinates(); }
-  const Tip<double>& tip() const { return tip_; }
-
- private:
   const Chain& chain_;
-  std::vector<GeneralBody> at_;
+  const Coordinates& coordinates_;
+  std::vector<BodyAt<double>> at_;
+  std::vector<SlideAt> slides_;  ///< none if all joints are revolute
   std::vector<Vec2d> forces_;
   const JointLaw<double>* joints_ = nullptr;
   Tip<double> tip_;

@@ -1,19 +1,154 @@
 #pragma once
 
-/// The factors of s·1 − J, from the tip inwards. Part of general_linearized.h, which has the equations.
+/// The factors of s·1 − J, from the tip inwards: what general_linearized.h, which has the equations, keeps of
+/// a chain.
 
-#include "recursion/general_linearized.h"
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "recursion/force_tangent.h"
+#include "recursion/general_bodies.h"
 
 namespace planar_chain {
 
+/// Numbers for k = a, v, x, or for k = a alone if no force depends on place or velocity.
+template <class Value, std::size_t kinds = 3>
+using PerMotion = std::array<Value, kinds>;
+
+/// What hangs on a pin, as its parent feels it.
+template <class Scalar, std::size_t kinds = 3>
+struct LinearTerms {
+  PerMotion<Matrix2<Scalar>, kinds> B{};
+  PerMotion<Vec2<Scalar>, kinds> p{};
+  Vec2<Scalar> h;
+  Scalar q{};
+};
+
+/// z_k
+template <std::size_t kinds, class Scalar>
+PerMotion<Vec2<Scalar>, kinds> turnsOf(const BodyAt<double>& body, Scalar s) {
+  if constexpr (kinds == 1)
+    return {turnOf(body, s)};
+  else
+    return {turnOf(body, s), Vec2<Scalar>{Scalar(-body.omega), s}, Vec2<Scalar>{Scalar(0), Scalar(1)}};
+}
+
+/// −w_k for σ = 1 and ρ_v = 0
+template <std::size_t kinds>
+PerMotion<Vec2d, kinds> driftsOf(const BodyAt<double>& body) {
+  const Vec2d ofAcceleration{body.alpha, body.omega * body.omega};
+  if constexpr (kinds == 1)
+    return {ofAcceleration};
+  else
+    return {ofAcceleration, Vec2d{body.omega, 0}, Vec2d{0, -1}};
+}
+
+template <class Scalar>
+Vec2<Scalar> wide(Vec2d a) {
+  return {Scalar(a.x), Scalar(a.y)};
+}
+
+/// kinds: 3, or 1 if no force depends on place or velocity. isMixed: a joint is prismatic.
+template <class Scalar, std::size_t kinds, bool isMixed>
+class GeneralFactors {
+ public:
+  /// tangents: K and D of each body, not read if kinds = 1. holdsTip: the tip is ever held. All must outlive
+  /// this object; factor() reads them. Allocates.
+  GeneralFactors(const GeneralBodies& bodies, const ForceTangent* tangents, bool holdsTip)
+      : bodies_(bodies),
+        tangents_(tangents),
+        handles_(bodies.size()),
+        slid_(isMixed ? bodies.size() : 0),
+        tips_(holdsTip ? bodies.size() : 0) {}
+
+  void factor(Scalar s) {
+    s_ = s;
+    overS_ = 1.0 / s;
+    LinearTerms<Scalar, kinds> shown;
+    for (std::size_t j = bodies_.size(); j-- > 0;) {
+      const Sums sums = addBody(j, shown);
+      slides(j) ? passPrismatic(j, sums, shown) : passRevolute(j, sums, shown);
+    }
+    if (!tips_.empty()) sweepTip();
+  }
+
+ protected:
+  using Motion = PerMotion<Vec2<Scalar>, kinds>;
+  /// Of a body, and its joint if it is revolute. over: 1/D, kD: k̂/D; 0 and 1 if the joint is prescribed.
+  /// turn: ε/D, or w; of a prismatic joint ε/D, or g.
+  struct Handle {
+    Scalar Mv, Mq, Dm, over, kD;
+    Vec2<Scalar> Ev, Eq, UR;
+    Motion ULD, p;
+    Scalar q, turn;
+  };
+  /// Of a prismatic joint. The handle has U, V_k/D, V_k, and E and M with the terms of σ and ρ_v.
+  struct Slid {
+    Vec2<Scalar> ofRate, ofPlace;        ///< b' changes with −ρ_s and σ_s
+    Scalar momentOfRate, momentOfPlace;  ///< and r'
+    Scalar f, v, vD, u, D0;
+    Motion Z, W, z, w;
+  };
+  /// eD: of a joint, e or η over D. eta: behind it. g: γ, or x. Ev, Eq, ofRate, ofPlace: how c_t changes with
+  /// −ρ_v, σ, −ρ_s and σ_s.
+  struct AtTip {
+    Vec2<Scalar> e, eD, g, Ev, Eq, ofRate, ofPlace, eta;
+  };
+
+  bool slides(std::size_t j) const { return isMixed && bodies_.isPrismatic(j); }
+  static Vec2<Scalar> sum(const PerMotion<Matrix2<Scalar>, kinds>& M, const Motion& y) {
+    Vec2<Scalar> total;
+    for (std::size_t k = 0; k < kinds; ++k) total += M[k].times(y[k], Vec2<Scalar>{});
+    return total;
+  }
+  static Scalar sum(const Motion& p, const Motion& y) {
+    Scalar total{};
+    for (std::size_t k = 0; k < kinds; ++k) total += dot(p[k], y[k]);
+    return total;
+  }
+
+  const GeneralBodies& bodies_;
+  const ForceTangent* tangents_;
+  Scalar s_{}, overS_{};  ///< s, 1/s
+  std::vector<Handle> handles_;
+  std::vector<Slid> slid_;   ///< if a joint is prismatic
+  std::vector<AtTip> tips_;  ///< if the tip is ever held
+  Matrix2<Scalar> C_, G_;    ///< by the base
+
+ private:
+  /// What a body shows at its own point while it turns: p_k, h, q.
+  struct Sums {
+    Motion UL;
+  };
+
+  Sums addBody(std::size_t j, LinearTerms<Scalar, kinds>& shown);
+  void passRevolute(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown);
+  void passPrismatic(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown);
+  void displace(std::size_t j, Slid& slid) const;
+  void sweepTip();
+
+  const PlaneTangent& tangent(std::size_t j, std::size_t k) const {
+    return k == 1 ? tangents_[j].D : tangents_[j].K;
+  }
+  Scalar stiffnessOf(std::size_t j) const {
+    const BodyAt<double>& body = bodies_[j];
+    return body.k + s_ * (body.d + s_ * bodies_.joint(j).armature);
+  }
+  /// Subtracts a bᵀ.
+  static void subtract(Vec2<Scalar> a, Vec2<Scalar> b, Matrix2<Scalar>& M) {
+    M = {M.xx - a.x * b.x, M.xy - a.x * b.y, M.yx - a.y * b.x, M.yy - a.y * b.y};
+  }
+};
+
 /// Replaces what hangs on the outer pin by what the body shows at its own point: B and T, U_R as h, D_m as q.
-template <class Scalar, std::size_t kinds>
-[[gnu::always_inline]] inline auto GeneralLinearized<Scalar, kinds>::addBody(
+template <class Scalar, std::size_t kinds, bool isMixed>
+[[gnu::always_inline]] inline auto GeneralFactors<Scalar, kinds, isMixed>::addBody(
     std::size_t j, LinearTerms<Scalar, kinds>& shown) -> Sums {
-  const GeneralBody& body = bodies_[j];
+  const BodyAt<double>& body = bodies_[j];
   const Vec2d P = body.P, iP = perp(P), mR = body.m * body.R;
   const auto z = turnsOf<kinds>(body, s_);
-  const auto w = driftsOf<kinds>(body);
+  const auto less = driftsOf<kinds>(body);
   Vec2<Scalar> UR = shown.h, Eq;
   Scalar Mq(-body.kappa), Dm = body.J * s_ * s_ + body.kappa + shown.q + dotMixed(iP, shown.h);
   if constexpr (kinds == 3) {
@@ -39,9 +174,9 @@ template <class Scalar, std::size_t kinds>
     }
     UR = mulAdd(z[k].y, zeta, mulAdd(z[k].x, xi, UR));
     Dm += z[k].y * alongTurn + z[k].x * alongPin;
-    const Vec2<Scalar> drift = mulAdd(w[k].y, zeta, Vec2<Scalar>{w[k].x * xi.x, w[k].x * xi.y});
-    Eq = kinds == 1 ? Vec2<Scalar>{-drift.x, -drift.y} : Eq - drift;
-    Mq -= w[k].y * alongTurn + w[k].x * alongPin;
+    const Vec2<Scalar> drift = mulAdd(less[k].y, zeta, Vec2<Scalar>{less[k].x * xi.x, less[k].x * xi.y});
+    Eq = kinds == 1 ? drift : Eq + drift;
+    Mq += less[k].y * alongTurn + less[k].x * alongPin;
     sums.UL[k] = mulAdd(1.0, k == 0 ? perp(mR) : tangent(j, k).momentPlace, lambda);
   }
   handle.Eq = Eq;
@@ -59,8 +194,8 @@ template <class Scalar, std::size_t kinds>
   return sums;
 }
 
-template <class Scalar, std::size_t kinds>
-[[gnu::always_inline]] inline void GeneralLinearized<Scalar, kinds>::passRevolute(
+template <class Scalar, std::size_t kinds, bool isMixed>
+[[gnu::always_inline]] inline void GeneralFactors<Scalar, kinds, isMixed>::passRevolute(
     std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown) {
   Handle& handle = handles_[j];
   const bool isPrescribed = bodies_.joint(j).isPrescribed;
@@ -79,11 +214,12 @@ template <class Scalar, std::size_t kinds>
 }
 
 /// Z, W, z and w.
-template <class Scalar, std::size_t kinds>
-void GeneralLinearized<Scalar, kinds>::displace(std::size_t j, Slid& slid) const {
-  const GeneralBody& body = bodies_[j];
+template <class Scalar, std::size_t kinds, bool isMixed>
+void GeneralFactors<Scalar, kinds, isMixed>::displace(std::size_t j, Slid& slid) const {
+  const BodyAt<double>& body = bodies_[j];
+  const SlideAt& slide = bodies_.slide(j);
   const double omega = body.omega, ww = omega * omega, alpha = body.alpha;
-  const Vec2d d = body.axis, id = perp(d), S = body.S, iS = perp(S), moved = body.rate * id - omega * S;
+  const Vec2d d = slide.axis, id = perp(d), S = slide.S, iS = perp(S), moved = slide.rate * id - omega * S;
   const auto set = [](Motion& to, const Vec2d& a, const Vec2d& v, const Vec2d& x) {
     to[0] = wide<Scalar>(a);
     if constexpr (kinds == 3) {
@@ -91,7 +227,7 @@ void GeneralLinearized<Scalar, kinds>::displace(std::size_t j, Slid& slid) const
       to[2] = wide<Scalar>(x);
     }
   };
-  set(slid.W, body.acceleration * id - (2 * omega * body.rate) * d - ww * iS - alpha * S, moved, iS);
+  set(slid.W, slide.acceleration * id - (2 * omega * slide.rate) * d - ww * iS - alpha * S, moved, iS);
   set(slid.w, alpha * id - ww * d, omega * id, d);
   slid.Z = slid.W;
   slid.z = slid.w;
@@ -104,19 +240,19 @@ void GeneralLinearized<Scalar, kinds>::displace(std::size_t j, Slid& slid) const
   }
 }
 
-template <class Scalar, std::size_t kinds>
-void GeneralLinearized<Scalar, kinds>::passPrismatic(std::size_t j, const Sums& sums,
-                                                     LinearTerms<Scalar, kinds>& shown) {
-  const GeneralBody& body = bodies_[j];
+template <class Scalar, std::size_t kinds, bool isMixed>
+void GeneralFactors<Scalar, kinds, isMixed>::passPrismatic(std::size_t j, const Sums& sums,
+                                                           LinearTerms<Scalar, kinds>& shown) {
+  const SlideAt& slide = bodies_.slide(j);
   Handle& handle = handles_[j];
   Slid& slid = slid_[j];
   displace(j, slid);
   const Motion& p = sums.UL;
   const auto& B = shown.B;
-  const Vec2d d = body.axis, iS = perp(body.S);
+  const Vec2d d = slide.axis, iS = perp(slide.S);
   const Vec2<Scalar> wideD = wide<Scalar>(d), wideS = wide<Scalar>(iS);
-  const double alongS = dot(body.S, body.force);
-  slid.f = Scalar(dot(perp(d), body.force));
+  const double alongS = dot(slide.S, slide.force);
+  slid.f = Scalar(dot(perp(d), slide.force));
 
   const Vec2<Scalar> U = sum(B, slid.z), h = shown.h + sum(B, slid.Z);
   slid.v = dotMixed(d, h) + slid.f;
@@ -147,8 +283,8 @@ void GeneralLinearized<Scalar, kinds>::passPrismatic(std::size_t j, const Sums& 
   shown.q = q - slid.u * slid.vD;
 }
 
-template <class Scalar, std::size_t kinds>
-void GeneralLinearized<Scalar, kinds>::sweepTip() {
+template <class Scalar, std::size_t kinds, bool isMixed>
+void GeneralFactors<Scalar, kinds, isMixed>::sweepTip() {
   C_ = {};
   Matrix2<Scalar> G;
   G.xx = G.yy = Scalar(1);
@@ -156,26 +292,26 @@ void GeneralLinearized<Scalar, kinds>::sweepTip() {
   Gamma[0] = G;
   Vec2<Scalar> eta, gamma;
   for (std::size_t j = tips_.size(); j-- > 0;) {
-    const GeneralBody& body = bodies_[j];
+    const BodyAt<double>& body = bodies_[j];
     const Handle& handle = handles_[j];
     AtTip& at = tips_[j];
     const auto z = turnsOf<kinds>(body, s_);
-    const auto w = driftsOf<kinds>(body);
+    const auto less = driftsOf<kinds>(body);
     eta += transposedTimes(G, wide<Scalar>(perp(body.P)));
     at.Ev = Gamma[0].times(perp(body.P), Vec2<Scalar>{});
     at.Eq = {};
     for (std::size_t k = 0; k < kinds; ++k) {
       gamma += Gamma[k].times(turnScale(z[k], body.P), Vec2<Scalar>{});
-      at.Eq += Gamma[k].times(turnScale(w[k], body.P), Vec2<Scalar>{});
+      at.Eq -= Gamma[k].times(turnScale(less[k], body.P), Vec2<Scalar>{});
     }
-    if (bodies_.isPrismatic(j)) {
+    if (slides(j)) {
       const Slid& slid = slid_[j];
-      const Vec2d iS = perp(body.S);
-      at.e = transposedTimes(G, wide<Scalar>(body.axis));
+      const Vec2d d = bodies_.slide(j).axis, iS = perp(bodies_.slide(j).S);
+      at.e = transposedTimes(G, wide<Scalar>(d));
       at.g = sum(Gamma, slid.z);
       at.Ev += Gamma[0].times(iS, Vec2<Scalar>{});
       at.Eq += sum(Gamma, slid.W);
-      at.ofRate = Gamma[0].times(body.axis, Vec2<Scalar>{});
+      at.ofRate = Gamma[0].times(d, Vec2<Scalar>{});
       at.ofPlace = sum(Gamma, slid.w);
       at.eD = handle.over * at.e;
       eta += transposedTimes(G, wide<Scalar>(iS)) - slid.u * at.eD;

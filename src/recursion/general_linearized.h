@@ -24,8 +24,11 @@
 ///     w_a = −i ρ_v − (α + i ω²) σ            w_v = −ω σ             w_x = i σ
 ///
 /// Write z_k = x_k + i y_k and w_k = (x'_k + i y'_k) σ, but for −i ρ_v. The body adds T_k to what hangs on
-/// its outer pin: T_a = m 1, T_v = D_xx, T_x = K_xx. The row of moments adds t_k: t_a = m iR, t_v = D_θx, t_x
-/// = K_θx. As in linearized.h, inwards from zeros at the tip:
+/// its outer pin, and t_k in the row of moments:
+///
+///     T_a = m 1     T_v = D_xx     T_x = K_xx          t_a = m iR     t_v = D_θx     t_x = K_θx
+///
+/// As in linearized.h, inwards from zeros at the tip:
 ///
 ///     λ_k = B_kᵀ iP + p_k          ζ_k = B_k iP, ξ_k = B_k P, and m iR, m R more for k = a
 ///     U_R = h + Σ (y_k ζ_k + x_k ξ_k) + K_xθ + s D_xθ          U_L,k = t_k + λ_k
@@ -49,15 +52,19 @@
 ///     z_a = s² d + 2 ω s id + w_a               z_v = s d + w_v        z_x = d
 ///
 /// The force along the axis is given: δ(d·F) = −k (σ_s + g) − s d g − J (s² g − ρ_s), with F the force at the
-/// own point. There B, p = U_L, h = U_R, q = D_m, b and r = −ε of the body, with T_k, are known. With f =
-/// id·F:
+/// own point. There B, p = U_L, h = U_R, q = D_m, b and r = −ε of the body, with T_k, are known. With
+/// f = id·F:
 ///
-///     U = Σ B_k z_k          V_k = B_kᵀ d          h' = h + Σ B_k Z_k          v = d·h' + f          D = d·U
-///     + k̂ u = Σ p_k·z_k + f + iS·U          q' = q + Σ p_k·Z_k − S·F + iS·h'          p'_k = p_k + B_kᵀ iS
-///     b' = b + Σ B_k (…)          r' = r + Σ p_k·(…) + f σ_s − S·F σ + iS·b'          (…): but for u' and g
-///     ε = J ρ_s − k σ_s − d·b' − f σ          g = (ε − Σ V_k·y_k − v u')/D, or ρ_s/s² of a prescribed joint
-///     B_k ← B_k − U V_kᵀ/D     h ← h' − U v/D     p_k ← p'_k − u V_k/D     q ← q' − u v/D
-///     b ← b' + U (ε/D, or g)   r ← r' + u (ε/D, or g)
+///     U = Σ B_k z_k                     V_k = B_kᵀ d                      p'_k = p_k + B_kᵀ iS
+///     h' = h + Σ B_k Z_k                v = d·h' + f                      D = d·U + k̂
+///     u = Σ p_k·z_k + f + iS·U          q' = q + Σ p_k·Z_k − S·F + iS·h'
+///     b' = b + Σ B_k (…)                r' = r + Σ p_k·(…) + f σ_s − S·F σ + iS·b'
+///     ε = J ρ_s − k σ_s − d·b' − f σ    g = (ε − Σ V_k·y_k − v u')/D, or ρ_s/s² of a prescribed joint
+///
+///     B_k ← B_k − U V_kᵀ/D              p_k ← p'_k − u V_k/D              b ← b' + U (ε/D, or g)
+///     h ← h' − U v/D                    q ← q' − u v/D                    r ← r' + u (ε/D, or g)
+///
+/// where (…) is how y_k moves, but for u' and g.
 ///
 /// The tip. A change δλ of its force is linear in all that is shown, and so is the acceleration of the tip;
 /// beside the terms without δλ,
@@ -67,111 +74,37 @@
 /// The change is not symmetric, so (G, η) and (Γ, γ) are two pairs. Inwards from G = Γ_a = 1 and zeros,
 ///
 ///     body          η ← η + Gᵀ iP        γ ← γ + Σ Γ_k z_k P        c_t ← c_t + Σ Γ_k w_k P
-///     revolute      C ← C + γ ηᵀ/D       c_t ← c_t + γ (ε/D, or w)
-///                   G ← G − U_R ηᵀ/D     Γ_k ← Γ_k − γ U_L,kᵀ/D     η ← k̂ η/D              γ ← k̂ γ/D
-///     prismatic     e = Gᵀ d             x = Σ Γ_k z_k              C ← C + x eᵀ/D
+///     revolute      C ← C + γ ηᵀ/D       G ← G − U_R ηᵀ/D           Γ_k ← Γ_k − γ U_L,kᵀ/D
+///                   η ← k̂ η/D            γ ← k̂ γ/D                  c_t ← c_t + γ (ε/D, or w)
+///     prismatic     e = Gᵀ d             x = Σ Γ_k z_k              c_t ← c_t + Σ Γ_k (…) + x (ε/D, or g)
+///                   C ← C + x eᵀ/D       G ← G − U eᵀ/D             Γ_k ← Γ_k − x V_kᵀ/D
 ///                   η ← η + Gᵀ iS − u e/D                           γ ← γ + Σ Γ_k Z_k − x v/D
-///                   c_t ← c_t + Σ Γ_k (…) + x (ε/D, or g)           G ← G − U eᵀ/D         Γ_k ← Γ_k − x
-///                   V_kᵀ/D
 ///
 /// and c_j·δa_tip = 0 along the rows that act gives δλ. The rows do not change with the state.
 ///
 /// Source: derived as in linearized.h. Against Newton's and Euler's equations: general_linearized_test.
 
 #include <Eigen/LU>
-#include <array>
-#include <cstddef>
+#include <memory>
+#include <type_traits>
 #include <vector>
 
-#include "recursion/force_tangent.h"
-#include "recursion/general_bodies.h"
+#include "recursion/general_factors.h"
+#include "recursion/general_solve.h"
 
 namespace planar_chain {
 
-/// Numbers for k = a, v, x, or for k = a alone if no force depends on place or velocity.
-template <class Value, std::size_t kinds = 3>
-using PerMotion = std::array<Value, kinds>;
-
-/// What hangs on a pin, as its parent feels it.
-template <class Scalar, std::size_t kinds = 3>
-struct LinearTerms {
-  PerMotion<Matrix2<Scalar>, kinds> B{};
-  PerMotion<Vec2<Scalar>, kinds> p{};
-  Vec2<Scalar> h;
-  Scalar q{};
-};
-
-/// z_k
-template <std::size_t kinds, class Scalar>
-PerMotion<Vec2<Scalar>, kinds> turnsOf(const BodyAt<double>& body, Scalar s) {
-  if constexpr (kinds == 1)
-    return {turnOf(body, s)};
-  else
-    return {turnOf(body, s), Vec2<Scalar>{Scalar(-body.omega), s}, Vec2<Scalar>{Scalar(0), Scalar(1)}};
-}
-
-/// w_k for σ = 1 and ρ_v = 0
-template <std::size_t kinds>
-PerMotion<Vec2d, kinds> driftsOf(const BodyAt<double>& body) {
-  const Vec2d ofAcceleration{-body.alpha, -body.omega * body.omega};
-  if constexpr (kinds == 1)
-    return {ofAcceleration};
-  else
-    return {ofAcceleration, Vec2d{-body.omega, 0}, Vec2d{0, 1}};
-}
-
-template <class Scalar>
-Vec2<Scalar> wide(Vec2d a) {
-  return {Scalar(a.x), Scalar(a.y)};
-}
-
-/// The solve, as the stiff methods see it. Only constructors allocate.
-template <class Scalar>
-class GeneralSolve {
+/// See GeneralFactors.
+template <class Scalar, std::size_t kinds, bool isMixed>
+class GeneralLinearized final : public GeneralSolve<Scalar>, private GeneralFactors<Scalar, kinds, isMixed> {
  public:
-  virtual ~GeneralSolve() = default;
-  /// Factors s·1 − J.
-  virtual void factor(Scalar s) = 0;
-  /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]; n values each, and the results may stand in the same place.
-  virtual void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) = 0;
+  using Factors = GeneralFactors<Scalar, kinds, isMixed>;
+  using Factors::Factors;
 
-  // The changes along the last solution: of the moment or force in prescribed joint i, of the force of the
-  // base and its moment about the ground pin, and of the force on the tip.
-  virtual Scalar moment(int i) const = 0;
-  virtual Vec2<Scalar> baseForce() const = 0;
-  virtual Scalar baseMoment() const = 0;
-  virtual Vec2<Scalar> tipForce() const = 0;
-};
-
-/// kinds: 3, or 1 if no force depends on place or velocity.
-template <class Scalar, std::size_t kinds>
-class GeneralLinearized : public GeneralSolve<Scalar> {
- public:
-  /// tangents: K and D of each body, not read if kinds = 1. holdsTip: the tip is ever held. All must outlive
-  /// this object; factor() reads them.
-  GeneralLinearized(const GeneralBodies& bodies, const ForceTangent* tangents, bool holdsTip)
-      : bodies_(bodies),
-        tangents_(tangents),
-        holdsTip_(holdsTip),
-        handles_(bodies.size()),
-        moments_(bodies.size()) {
-    if (bodies.coordinates().anyIsPrismatic()) slid_.resize(bodies.size());
-    if (holdsTip) tips_.resize(bodies.size());
-  }
-
-  void factor(Scalar s) override {
-    s_ = s;
-    LinearTerms<Scalar, kinds> shown;
-    for (std::size_t j = bodies_.size(); j-- > 0;) {
-      const Sums sums = addBody(j, shown);
-      bodies_.isPrismatic(j) ? passPrismatic(j, sums, shown) : passRevolute(j, sums, shown);
-    }
-    if (holdsTip_) sweepTip();
-  }
-
+  void factor(Scalar s) override { Factors::factor(s); }
   void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) override {
     carryInwards(rhoQ, rhoV);
-    if (holdsTip_) hold();
+    if (!tips_.empty()) hold(rhoQ, rhoV);
     carryOutwards(rhoQ, rhoV, u, v);
   }
   Scalar moment(int i) const override { return moments_[index(i)]; }
@@ -180,83 +113,176 @@ class GeneralLinearized : public GeneralSolve<Scalar> {
   Vec2<Scalar> tipForce() const override { return tipForce_; }
 
  private:
-  using Motion = PerMotion<Vec2<Scalar>, kinds>;
-  /// Of a body, and its joint if it is revolute. over: 1/D, kD: k̂/D; 0 and 1 if the joint is prescribed.
-  /// turn: ε/D, or w; of a prismatic joint ε/D, or g.
-  struct Handle {
-    Scalar Mv, Mq, Dm, over, kD;
-    Vec2<Scalar> Ev, Eq, UR;
-    Motion ULD, p;
-    Scalar q, turn;
-  };
-  /// Of a prismatic joint. The handle has U, V_k/D, V_k, and E and M with the terms of σ and ρ_v.
-  struct Slid {
-    Vec2<Scalar> ofRate, ofPlace;        ///< b' changes with −ρ_s and σ_s
-    Scalar momentOfRate, momentOfPlace;  ///< and r'
-    Scalar f, v, vD, u, D0;
-    Motion Z, W, z, w;
-  };
-  /// What a body shows at its own point while it turns: p_k, h, q.
-  struct Sums {
-    Motion UL;
-  };
-  /// eD: of a joint, e or η over D. eta: behind it. g: γ, or x. Ev, Eq, ofRate, ofPlace: how c_t changes with
-  /// −ρ_v, σ, −ρ_s and σ_s.
-  struct AtTip {
-    Vec2<Scalar> e, eD, g, Ev, Eq, ofRate, ofPlace, eta;
-  };
+  using Factors::bodies_;
+  using Factors::C_;
+  using Factors::G_;
+  using Factors::handles_;
+  using Factors::overS_;
+  using Factors::s_;
+  using Factors::slid_;
+  using Factors::slides;
+  using Factors::sum;
+  using Factors::tips_;
+  using typename Factors::AtTip;
+  using typename Factors::Handle;
+  using typename Factors::Motion;
+  using typename Factors::Slid;
 
-  Sums addBody(std::size_t j, LinearTerms<Scalar, kinds>& shown);
-  void passRevolute(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown);
-  void passPrismatic(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown);
-  void displace(std::size_t j, Slid& slid) const;
   void carryInwards(const Scalar* rhoQ, const Scalar* rhoV);
   void carryOutwards(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v);
-  void sweepTip();
-  void hold();
+  void hold(const Scalar* rhoQ, const Scalar* rhoV);
+  Vec2<Scalar> tipFree(const Scalar* rhoQ, const Scalar* rhoV) const;
 
+  /// The coordinate of the angle inside of joint j, and the one that is the angle of body j; or none.
+  int inner(std::size_t j) const {
+    const int i = static_cast<int>(j);
+    return isMixed ? bodies_.coordinates().inner(i) : i - 1;
+  }
   /// σ or ρ_v of the body, by that of its coordinate; 0 of one that turns with the base.
   Scalar ofBody(const Scalar* values, std::size_t j) const {
+    if constexpr (!isMixed) return values[j];
     const int turner = bodies_.coordinates().turner(static_cast<int>(j));
     return turner >= 0 ? values[turner] : Scalar{};
   }
-  const PlaneTangent& tangent(std::size_t j, std::size_t k) const {
-    return k == 1 ? tangents_[j].D : tangents_[j].K;
-  }
-  Scalar stiffnessOf(std::size_t j) const {
-    const GeneralBody& body = bodies_[j];
-    return body.k + s_ * (body.d + s_ * bodies_.joint(j).armature);
-  }
-  static Vec2<Scalar> sum(const PerMotion<Matrix2<Scalar>, kinds>& M, const Motion& y) {
-    Vec2<Scalar> total;
-    for (std::size_t k = 0; k < kinds; ++k) total += M[k].times(y[k], Vec2<Scalar>{});
-    return total;
-  }
-  static Scalar sum(const Motion& p, const Motion& y) {
-    Scalar total{};
-    for (std::size_t k = 0; k < kinds; ++k) total += dot(p[k], y[k]);
-    return total;
-  }
-  /// Subtracts a bᵀ.
-  static void subtract(Vec2<Scalar> a, Vec2<Scalar> b, Matrix2<Scalar>& M) {
-    M = {M.xx - a.x * b.x, M.xy - a.x * b.y, M.yx - a.y * b.x, M.yy - a.y * b.y};
-  }
 
-  const GeneralBodies& bodies_;
-  const ForceTangent* tangents_;
-  bool holdsTip_;
-  Scalar s_{};
-  std::vector<Handle> handles_;
-  std::vector<Slid> slid_;
-  std::vector<AtTip> tips_;
-  Matrix2<Scalar> C_, G_;  ///< by the base
-  std::vector<Scalar> moments_;
+  std::vector<Scalar> moments_ = std::vector<Scalar>(handles_.size());
   // Along the last solution:
-  Vec2<Scalar> baseForce_, tipFree_, tipForce_;
+  Vec2<Scalar> baseForce_, tipForce_;
   Scalar baseMoment_{};
 };
 
-}  // namespace planar_chain
+template <class Scalar, std::size_t kinds, bool isMixed>
+void GeneralLinearized<Scalar, kinds, isMixed>::carryInwards(const Scalar* rhoQ, const Scalar* rhoV) {
+  Vec2<Scalar> b;
+  Scalar r{};
+  for (std::size_t j = bodies_.size(); j-- > 0;) {
+    const BodyAt<double>& body = bodies_[j];
+    const JointLaw<double>& joint = bodies_.joint(j);
+    Handle& handle = handles_[j];
+    const Scalar sigma = ofBody(rhoQ, j) * overS_, rho = ofBody(rhoV, j);
+    const Scalar known = handle.Mv * rho + handle.Mq * sigma - dotMixed(perp(body.P), b) - r;
+    b = mulAdd(-rho, handle.Ev, mulAdd(-sigma, handle.Eq, b));
+    if (!slides(j)) {
+      const int parent = inner(j);
+      const Scalar bend = parent >= 0 ? sigma - rhoQ[parent] * overS_ : sigma;
+      const Scalar jump = parent >= 0 ? rho - rhoV[parent] : rho;
+      const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * jump - body.k * bend;
+      const Scalar epsilon = known + delta;
+      const Scalar turn = handle.turn = joint.isPrescribed ? jump * (overS_ * overS_) : epsilon * handle.over;
+      b = mulAdd(turn, handle.UR, b);
+      moments_[j] = r = joint.isPrescribed ? handle.Dm * turn - epsilon : delta - handle.kD * epsilon;
+      continue;
+    }
+    const Slid& slid = slid_[j];
+    const Scalar place = rhoQ[j] * overS_, rate = rhoV[j];
+    b = mulAdd(-rate, slid.ofRate, mulAdd(place, slid.ofPlace, b));
+    r = slid.momentOfPlace * place - known - slid.momentOfRate * rate + dotMixed(perp(bodies_.slide(j).S), b);
+    const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * rate - body.k * place;
+    const Scalar epsilon = delta - dotMixed(bodies_.slide(j).axis, b) - slid.f * sigma;
+    const Scalar turn = handle.turn = joint.isPrescribed ? rate * (overS_ * overS_) : epsilon * handle.over;
+    b = mulAdd(turn, handle.UR, b);
+    r += slid.u * turn;
+    moments_[j] = slid.D0 * turn - epsilon;
+  }
+  baseForce_ = b;
+  baseMoment_ = r;
+}
 
-#include "recursion/general_factors.h"
-#include "recursion/general_sides.h"
+template <class Scalar, std::size_t kinds, bool isMixed>
+void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ, const Scalar* rhoV,
+                                                              Scalar* u, Scalar* v) {
+  Motion y{};
+  Scalar parent{}, sigma{}, rho{};  // u', σ and ρ_v of the body that turns
+  for (std::size_t j = 0; j < bodies_.size(); ++j) {
+    const BodyAt<double>& body = bodies_[j];
+    const Handle& handle = handles_[j];
+    Scalar own, rate = rhoV[j];  // u' and ρ_v of the coordinate
+    if (slides(j)) {
+      const Slid& slid = slid_[j];
+      const Scalar place = rhoQ[j] * overS_;
+      moments_[j] += slid.v * parent + sum(handle.p, y);
+      own = handle.turn - slid.vD * parent - sum(handle.ULD, y);
+      for (std::size_t k = 0; k < kinds; ++k) {
+        y[k] +=
+            mulAdd(parent, slid.Z[k], mulAdd(sigma, slid.W[k], mulAdd(own, slid.z[k], place * slid.w[k])));
+      }
+      y[0] -= mulAdd(rho, perp(bodies_.slide(j).S), mulAdd(rate, bodies_.slide(j).axis, Vec2<Scalar>{}));
+      u[j] = place + own;
+    } else {
+      sigma = rhoQ[j] * overS_;
+      rho = rate;
+      moments_[j] += handle.q * parent + sum(handle.p, y);
+      parent = handle.kD * parent + handle.turn - sum(handle.ULD, y);
+      own = parent;
+      u[j] = sigma + own;
+    }
+    const auto z = turnsOf<kinds>(body, s_);
+    const auto less = driftsOf<kinds>(body);
+    for (std::size_t k = 0; k < kinds; ++k) {
+      const Vec2<Scalar> drift =
+          k == 0 ? driftOf(body, sigma, rho) : Vec2<Scalar>{-(less[k].x * sigma), -(less[k].y * sigma)};
+      y[k] = mulAdd(parent, turnScale(z[k], body.P), y[k] + turnScale(drift, body.P));
+    }
+    v[j] = s_ * own;
+  }
+}
+
+/// c_t
+template <class Scalar, std::size_t kinds, bool isMixed>
+Vec2<Scalar> GeneralLinearized<Scalar, kinds, isMixed>::tipFree(const Scalar* rhoQ,
+                                                                const Scalar* rhoV) const {
+  Vec2<Scalar> free, ofPlaces;  // ofPlaces: times s
+  for (std::size_t j = 0; j < tips_.size(); ++j) {
+    const AtTip& at = tips_[j];
+    free = mulAdd(handles_[j].turn, at.g, mulAdd(-ofBody(rhoV, j), at.Ev, free));
+    ofPlaces = mulAdd(ofBody(rhoQ, j), at.Eq, ofPlaces);
+    if (!slides(j)) continue;
+    free = mulAdd(-rhoV[j], at.ofRate, free);
+    ofPlaces = mulAdd(rhoQ[j], at.ofPlace, ofPlaces);
+  }
+  return mulAdd(overS_, ofPlaces, free);
+}
+
+/// Finds δλ, and adds what it changes.
+template <class Scalar, std::size_t kinds, bool isMixed>
+void GeneralLinearized<Scalar, kinds, isMixed>::hold(const Scalar* rhoQ, const Scalar* rhoV) {
+  const Tip<double>& tip = bodies_.tip();
+  tipForce_ = {};
+  if (tip.rows == 0) return;
+  const Vec2<Scalar> free = tipFree(rhoQ, rhoV);
+  const Vec2d c1 = tip.row[0];
+  const auto along = [&](Vec2d row, Vec2d force) { return dotMixed(row, C_.times(force, Vec2<Scalar>{})); };
+  if (tip.rows == 1) {
+    tipForce_ = (-dotMixed(c1, free) / along(c1, c1)) * wide<Scalar>(c1);
+  } else {
+    Eigen::Matrix<Scalar, 2, 2> C;
+    C << C_.xx, C_.xy, C_.yx, C_.yy;
+    const Eigen::Matrix<Scalar, 2, 1> force =
+        C.partialPivLu().solve(Eigen::Matrix<Scalar, 2, 1>(-free.x, -free.y));
+    tipForce_ = {force[0], force[1]};
+  }
+  for (std::size_t j = 0; j < tips_.size(); ++j) {
+    const AtTip& at = tips_[j];
+    handles_[j].turn += dot(at.eD, tipForce_);
+    moments_[j] -= dot(slides(j) ? at.e : at.eta, tipForce_);
+  }
+  baseForce_ -= G_.times(tipForce_, Vec2<Scalar>{});
+  baseMoment_ -= dot(tips_.front().eta, tipForce_);
+}
+
+/// The solve for these bodies. tangents: nullptr if no force depends on place or velocity.
+template <class Scalar>
+std::unique_ptr<GeneralSolve<Scalar>> makeGeneralSolve(const GeneralBodies& bodies,
+                                                       const ForceTangent* tangents, bool holdsTip) {
+  const auto make = [&](auto kinds, auto isMixed) -> std::unique_ptr<GeneralSolve<Scalar>> {
+    return std::make_unique<GeneralLinearized<Scalar, kinds(), isMixed()>>(bodies, tangents, holdsTip);
+  };
+  const auto makeOf = [&](auto kinds) {
+    return bodies.coordinates().anyIsPrismatic() ? make(kinds, std::true_type())
+                                                 : make(kinds, std::false_type());
+  };
+  return tangents ? makeOf(std::integral_constant<std::size_t, 3>())
+                  : makeOf(std::integral_constant<std::size_t, 1>());
+}
+
+}  // namespace planar_chain

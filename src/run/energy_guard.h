@@ -11,7 +11,7 @@
 ///     2 √(T T_ε) + T_ε + 2 √(V_e V_ε) + V_ε + ε Σ m |g| ρ + ε W_1
 ///
 ///     T_ε         kinetic energy of that rate error, at worst
-///     V_e, V_ε    elastic energy; 2 ε² Σ k
+///     V_e, V_ε    elastic energy; 2 ε² Σ k, with k ρ² of a spring to the ground
 ///     ρ_j         |r_j| + Σ_{k<j} |p_k|, the largest distance of body j from the ground
 ///     ε           10 tolerances, and rounding
 ///     W_1         1 J or Σ (m ρ² + I)/s², whichever is more: the error control lets works err by so much of
@@ -55,6 +55,8 @@ class EnergyCheck {
       inertia_ += inertiaIn(scene.chain.joints()[index(j)]);
       const double unit = coordinates.isPrismatic(j) ? slid : 1;
       stiffness_ += unit * unit * stiffnessOf(scene.chain.joints()[index(j)]);
+      const double farthest = pin + std::max(length(link.com), length(link.pin));
+      stiffness_ += farthest * farthest * stiffnessOf(link);
       pin += length(link.pin);
     }
   }
@@ -105,6 +107,9 @@ class EnergyCheck {
   }
   /// The gap that was last refused, J: positive if there was too much energy.
   double gap() const { return refused_; }
+  void saveOrRestore(Snapshot& snapshot) {
+    snapshot(then_, energyThen_, worksThen_, gap_, moved_, steps_, refused_);
+  }
 
  private:
   double errorEnergy(double t, const double* y, const Energy& now, double steps, bool hasWorks) const {
@@ -166,6 +171,10 @@ class EnergyGuard : public EnergyCheck {
   const ode::State& lastGood() const { return good_; }
   /// The last good state, of the same energy and motion, but with other angles.
   void moveTo(const ode::State& state) { good_ = state; }
+  void saveOrRestore(Snapshot& snapshot) {
+    EnergyCheck::saveOrRestore(snapshot);
+    snapshot(good_);
+  }
 
  private:
   const Dynamics& dynamics_;

@@ -70,6 +70,19 @@ void offerJoints(const Chain& chain, Fastest& fastest) {
   }
 }
 
+/// Springs to the ground, and air drag.
+void offerLinks(const Chain& chain, Fastest& fastest) {
+  for (const Link& link : chain.links()) {
+    if (link.mass == 0) continue;
+    fastest.offer(link.others.of("drag") / link.mass, "drag", link.name, link.others.of("drag"), "N s²/m²");
+    for (const GroundSpring& spring : link.springs) {
+      fastest.offer(std::sqrt(spring.stiffness / link.mass), "stiffness", spring.name, spring.stiffness,
+                    "N/m");
+      fastest.offer(spring.damping / link.mass, "damping", spring.name, spring.damping, "N s/m");
+    }
+  }
+}
+
 void offerLaws(const Scene& scene, double t, Fastest& fastest) {
   for (const Load& load : scene.loads) {
     if (t < load.start || t >= load.stop) continue;
@@ -98,6 +111,7 @@ std::string fastestKey(const Scene& scene, double t, double step) {
   constexpr double little = 1e-3;    // of its time, within a step
   Fastest fastest;
   offerJoints(scene.chain, fastest);
+  offerLinks(scene.chain, fastest);
   offerLaws(scene, t, fastest);
   if (!(fastest.rate * std::max(step, shortest) > little)) return "";
   char value[40];

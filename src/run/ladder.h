@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "dynamics/dynamics.h"
+#include "ode/events.h"
 #include "ode/integrator.h"
 #include "ode/methods.h"
 #include "ode/projected_steps.h"
-#include "ode/switches.h"
 #include "planar_chain/scene.h"
 #include "run/energy_guard.h"
 #include "run/fastest_key.h"
@@ -67,6 +67,7 @@ class Pace {
     begin(count, t);
     return isSlow;
   }
+  void saveOrRestore(Snapshot& snapshot) { snapshot(then_, time_); }
 
  private:
   double least_;
@@ -178,8 +179,8 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
     constexpr double any = std::numeric_limits<double>::infinity();
     method = ode::projectedSteps(std::move(method), dynamics, scene.tip ? most : any);
   }
-  if (!dynamics.effects().haveSwitches()) return method;
-  return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);
+  const ode::EventList& events = dynamics.effects().events();
+  return events.empty() ? std::move(method) : ode::stepsToEvents(std::move(method), events, dynamics);
 }
 
 }  // namespace planar_chain

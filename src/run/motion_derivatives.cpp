@@ -209,7 +209,7 @@ void MotionDerivatives::follow(double t, const VectorXd& y, double end) {
   for (std::size_t k = 0; k < motion_.columns().size(); ++k)
     part(k) = columns_.col(static_cast<Eigen::Index>(k)) / motion_.columns()[k].scale;
   while (state_.t < end) {
-    hasChanged_ ? steps_->passSwitch() : steps_->forgetSlope();
+    hasChanged_ ? steps_->passEvent() : steps_->forgetSlope();
     hasChanged_ = false;
     pieceBegan_ = state_.t;
     const double next = nextShare(state_.t);
@@ -225,7 +225,8 @@ void MotionDerivatives::follow(double t, const VectorXd& y, double end) {
 // ---- A switch ----------------------------------------------------------------------------------------
 
 /// ∇g·along + ∂g/∂t ofTime
-double MotionDerivatives::slopeOfDue(double t, const VectorXd& y, const double* along, double ofTime) const {
+double MotionDerivatives::slopeOf(const EventPlace& event, double t, const VectorXd& y, const double* along,
+                                  double ofTime) const {
   const Eigen::Map<const VectorXd> direction(along, 2 * n_);
   const double size = std::max(largest(direction), ofTime);
   if (size == 0) return 0;
@@ -234,13 +235,14 @@ double MotionDerivatives::slopeOfDue(double t, const VectorXd& y, const double* 
   return differenceOf(
       [&](double h) {
         moved.head(2 * n_) = y.head(2 * n_) + h * direction;
-        return effects_.due(t + h * ofTime, moved);
+        return event.valueIn(effects_, t + h * ofTime, moved.data());
       },
       size, reach);
 }
 
-void MotionDerivatives::meet(double t, const VectorXd& y) {
+void MotionDerivatives::meet(double t, const VectorXd& y, const ode::LocatedEvent& located) {
   if (!fault_.empty()) return;
+  const EventPlace event(effects_, located, t, y.data());
   const std::vector<VariedMotion::Column>& columns = motion_.columns();
   const Evaluation& at = motion_.at(t, y.data());
   slopes_ = VectorXd(2 * n_);
@@ -248,13 +250,13 @@ void MotionDerivatives::meet(double t, const VectorXd& y) {
   const Couplings& couplings = motion_.couplings(t);
   wereHeld_.assign(index(n_), false);
   for (int i = 0; i < n_; ++i) wereHeld_[index(i)] = couplings.joints[index(i)].isPrescribed;
-  dueSlope_ = slopeOfDue(t, y, slopes_.data(), 1);
+  eventSlope_ = slopeOf(event, t, y, slopes_.data(), 1);
   delays_ = VectorXd::Zero(columns_.cols());
   for (Eigen::Index k = 0; k < columns_.cols(); ++k) {
-    double due = slopeOfDue(t, y, columns_.col(k).data(), 0);
+    double due = slopeOf(event, t, y, columns_.col(k).data(), 0);
     if (const VariedMotion::Column& column = columns[static_cast<std::size_t>(k)]; column.number)
-      due += column.number->due(t, y);
-    delays_[k] = -due / dueSlope_;
+      due += column.number->eventSlope(event, t, y.data());
+    delays_[k] = -due / eventSlope_;
   }
   moments_ = Eigen::Map<const VectorXd>(at.moments.data(), n_);
   torqueMoments_ = MatrixXd(n_, n_);
@@ -276,9 +278,10 @@ void MotionDerivatives::pass(double t, const VectorXd& y) {
   // A torque moves the time at which a joint breaks loose by itself, too.
   for (int i = 0; i < n_; ++i) {
     if (!wereHeld_[index(i)] || motion_.couplings(t).joints[index(i)].isPrescribed) continue;
-    delays_.segment(2 * n_, n_) -= (moments_[i] > 0 ? 1 : -1) / dueSlope_ * torqueMoments_.row(i).transpose();
+    delays_.segment(2 * n_, n_) -=
+        (moments_[i] > 0 ? 1 : -1) / eventSlope_ * torqueMoments_.row(i).transpose();
   }
-  if (!(dueSlope_ > 0) || !delays_.allFinite()) return fail(t, "the motion only touches a switch there");
+  if (!(eventSlope_ > 0) || !delays_.allFinite()) return fail(t, "the motion only touches a switch there");
   columns_.bottomRows(n_) += jump * delays_.transpose();
 }
 

@@ -27,8 +27,8 @@ class MotionDerivatives {
 
   /// Follows the motion from a state to the time of another one. What acts is the same on the way.
   void follow(double t, const Eigen::VectorXd& y, double end);
-  /// Call these before and after the switches that are due at a state are made.
-  void meet(double t, const Eigen::VectorXd& y);
+  /// Call these before and after the events that have happened at a state are fired.
+  void meet(double t, const Eigen::VectorXd& y, const ode::LocatedEvent& located);
   void pass(double t, const Eigen::VectorXd& y);
   /// Call it when what acts has changed at a time that is given.
   void enter() { hasChanged_ = true; }
@@ -50,7 +50,8 @@ class MotionDerivatives {
   void scaleColumns();
   bool enterNumbers(double t);
   double nextShare(double t) const;
-  double slopeOfDue(double t, const Eigen::VectorXd& y, const double* along, double ofTime) const;
+  double slopeOf(const EventPlace& event, double t, const Eigen::VectorXd& y, const double* along,
+                 double ofTime) const;
   void fail(double t, const std::string& why);
 
   const Scene& scene_;
@@ -69,7 +70,7 @@ class MotionDerivatives {
   Eigen::VectorXd moments_;         ///< in the joints, before the switch
   Eigen::MatrixXd torqueMoments_;   ///< how they change with each torque
   std::vector<bool> wereHeld_;
-  double dueSlope_ = 0;
+  double eventSlope_ = 0;
   double pieceBegan_ = 0;  ///< s
   bool hasChanged_ = true;
   std::string fault_;

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "dynamics/equilibrium.h"
 #include "effects/effect_kind.h"
 #include "ode/methods.h"
@@ -13,6 +11,26 @@ std::vector<Load> Simulation::commands() const {
   std::vector<double> omega(qd().size());
   scene_.chain.coordinates().toAbsolute(qd().data(), omega.data());
   return commands->inForce(time(), omega.data());
+}
+
+FrameMotion Simulation::motion(const Frame& frame) {
+  std::vector<LinkMotion> motions(q().size());
+  require(frame.link >= 0 && index(frame.link) < motions.size(), "a frame must be on a link of the chain");
+  linkMotions(motions.data());
+  return motionOf(frame, scene_.chain.links()[index(frame.link)], motions[index(frame.link)]);
+}
+
+LinearModel Simulation::linearize(bool motors) const {
+  Scene present = scene_;
+  for (Load& command : commands()) present.loads.push_back(std::move(command));
+  OperatingPoint about;
+  if (motors) {
+    std::vector<double> omega(qd().size());
+    scene_.chain.coordinates().toAbsolute(qd().data(), omega.data());
+    about.motors.emplace();
+    if (parts_->commands) *about.motors = parts_->commands->motorsAt(time(), omega.data());
+  }
+  return linearModel(present, time(), vectorOf(q()), vectorOf(qd()), about);
 }
 
 const Scene& Simulation::scene() const {
@@ -39,11 +57,22 @@ void Simulation::settle(const std::function<bool()>& keepGoing) {
 
 namespace {
 
-/// The moment of a load on a carriage about its centre of mass, N m. The base takes it.
+/// The moment of a load on a carriage about its centre of mass, N m.
 double carriageMoment(const Load& load, double t, const Chain& chain, double angle) {
   if (load.link == Load::none || chain.coordinates().turner(load.link) >= 0) return 0;
   const Vec2d arm = Rotation<double>::of(angle) * (load.point - chain.links()[index(load.link)].com);
   return factorAt(load, t) * (load.moment + cross(arm, load.force));
+}
+
+/// The moments of all effects on the first carriages, as many as `count`, about their centres of mass, N m.
+double carriageMoments(const Scene& scene, double t, const std::vector<double>& q,
+                       const std::vector<double>& qd, int count) {
+  const auto n = static_cast<Eigen::Index>(q.size());
+  Eigen::VectorXd F = Eigen::VectorXd::Zero(2 * n), M = Eigen::VectorXd::Zero(n), tau = M;
+  for (const EffectKind* kind : effectKinds())
+    kind->addDense(scene, t, Eigen::VectorXd::Map(q.data(), n), Eigen::VectorXd::Map(qd.data(), n),
+                   {F, M, tau});
+  return M.head(count).sum();
 }
 
 }  // namespace
@@ -76,12 +105,9 @@ BaseWrench Simulation::baseWrench() {
     force = motions[i].pinForce;
   }
   if (leading > 0) {
-    const auto add = [&](const Load& load) {
-      torque += carriageMoment(load, time(), scene_.chain, motions[0].angle);
-    };
-    const std::vector<Load> commanded = commands();
-    std::for_each(scene_.loads.begin(), scene_.loads.end(), add);
-    std::for_each(commanded.begin(), commanded.end(), add);
+    torque += carriageMoments(scene_, time(), q(), qd(), scene_.chain.coordinates().leading());
+    for (const Load& command : commands())
+      torque += carriageMoment(command, time(), scene_.chain, motions[0].angle);
   }
   return {-1.0 * force, torque};
 }

@@ -38,6 +38,10 @@ class Sampler {
   SensorBank& bank() { return bank_; }
   /// The scene has another tolerance.
   void useTolerance();
+  void saveOrRestore(Snapshot& snapshot) {
+    snapshot(bank_);
+    for (const auto& each : integrators_) each->saveOrRestore(snapshot);
+  }
   /// Adds the steps that the measurements took.
   void countSteps(long long& accepted, long long& rejected) const;
 

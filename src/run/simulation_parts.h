@@ -36,6 +36,7 @@ struct Simulation::Parts {
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
+  std::array<double, rungs> madeFor{};  ///< the tolerance when each was made
   std::size_t rung = 0;
   int goodChecks = 0, rescueLength = 1;  // checks since the ladder was climbed; to pass on a higher rung
   Pace pace{leastPaceOf(scene.integrator)};
@@ -78,9 +79,13 @@ struct Simulation::Parts {
     guard.use(scene.integrator);
   }
 
+  void make(std::size_t k, const Scene& of) {
+    ladder[k] = methodOf(of, k, dynamics);
+    madeFor[k] = of.integrator.tolerance;
+  }
   void climbTo(std::size_t next) {
     rung = next;
-    if (!ladder[rung]) ladder[rung] = methodOf(scene, rung, dynamics);
+    if (!ladder[rung]) make(rung, scene);
     pace.begin(integrator().count(), state.t);
   }
 
@@ -115,9 +120,7 @@ struct Simulation::Parts {
     climbTo(0);
     rescueLength = 1;
 
-    dynamics.enter(state.t);
-    dynamics.enterState(state.t, y.data());
-    settle();
+    if (dynamics.begin(state.t, y.data())) takeChain();
     actsOtherwise = false;
     integrator().begin();
   }
@@ -135,9 +138,7 @@ struct Simulation::Parts {
 
   /// Call after the acting forces change.
   void actAnew() {
-    dynamics.enter(state.t);
-    dynamics.reconsider(state.t, y.data());
-    settle();
+    if (dynamics.enter(state.t, y.data())) takeChain();
     integrator().restart();
     if (derivatives) derivatives->enter();
     actsOtherwise = false;
@@ -214,11 +215,11 @@ struct Simulation::Parts {
     }
 
     if (hasSwitched) {
-      if (derivatives) derivatives->meet(state.t, y);
-      dynamics.change(state.t, y.data(), integrator().crossing());
+      if (derivatives) derivatives->meet(state.t, y, integrator().event());
+      dynamics.fire(state.t, y.data(), integrator().event());
       takeChain();
       if (derivatives) derivatives->pass(state.t, y);
-      integrator().passSwitch();
+      integrator().passEvent();
       switchedSince = true;
     }
     if (state.t >= dynamics.effects().until()) {
@@ -260,6 +261,10 @@ struct Simulation::Parts {
 
   /// True if another method will be faster: the motion is stiff, or a stop ends unstable steps at once.
   bool isStuck() { return rung + 1 < rungs && pace.isSlow(integrator().count(), state.t); }
+
+  /// Of saved_state.cpp. The scene's tolerance and laws are those of the state.
+  void saveOrRestore(Snapshot& snapshot);
+  void saveOrRestoreLadder(Snapshot& snapshot);
 
   void readRelative() {
     coordinates.toRelative(y.data(), q.data());

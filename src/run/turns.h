@@ -98,6 +98,8 @@ class Turns {
     }
   }
 
+  void saveOrRestore(Snapshot& snapshot) { snapshot(turns_, any_); }
+
  private:
   static constexpr long double turn = 6.283185307179586476925286766559L;
 

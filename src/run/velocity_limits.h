@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "planar_chain/chain.h"
+#include "simd/snapshot.h"
 
 namespace planar_chain {
 
@@ -27,6 +28,7 @@ class VelocityLimits {
   }
 
   const std::vector<long long>& counts() const { return counts_; }  ///< of each joint
+  void saveOrRestore(Snapshot& snapshot) { snapshot(limits_, counts_); }
 
  private:
   struct Limit {

@@ -12,18 +12,17 @@ Joint withStop(Joint joint) {
   return joint;
 }
 
-std::vector<NumberKey> numberKeys(std::vector<NumberKey> (EffectKind::*of)() const) {
-  std::vector<NumberKey> all;
+std::vector<const char*> linkKeys() {
+  std::vector<const char*> keys;
   for (const EffectKind* kind : effectKinds()) {
-    for (const NumberKey& key : (kind->*of)()) all.push_back(key);
+    if (kind->linkKey()) keys.push_back(kind->linkKey());
   }
-  return all;
+  return keys;
 }
 
-void takeNumbers(const Section& in, const std::vector<NumberKey>& keys, NamedNumbers& to) {
-  for (const NumberKey& key : keys) {
-    double value = 0;
-    if (in.has(key.name) && in.take(key.name, key.range, value)) to.set(key.name, value);
+void takeEffects(const Section& in, Link& link) {
+  for (const EffectKind* kind : effectKinds()) {
+    if (kind->linkKey() && in.has(kind->linkKey())) kind->takeLink(in, link);
   }
 }
 
@@ -135,7 +134,7 @@ std::set<std::string> limitedIn(const Section& links) {
 }
 
 Hints hintsIn(const std::string& link) {
-  Hints hints;
+  Hints hints{{"springs", "no such key: springs of the scene, by name, have the key link"}};
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
       hints[key.map ? key.map : key.name] = belongsTo(link + "/joint/" + (key.map ? key.map : key.name));

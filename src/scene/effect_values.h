@@ -15,10 +15,10 @@ namespace planar_chain {
 /// The joint with some stiffness of its stop, if it has a limit.
 Joint withStop(Joint joint);
 
-/// The keys of numbers that effects have in a link, or in the scene.
-std::vector<NumberKey> numberKeys(std::vector<NumberKey> (EffectKind::*of)() const);
-/// Reads those that are given.
-void takeNumbers(const Section& in, const std::vector<NumberKey>& keys, NamedNumbers& to);
+/// The keys of effects in a link.
+std::vector<const char*> linkKeys();
+/// Reads and checks those that are given.
+void takeEffects(const Section& in, Link& link);
 
 /// The keys of effects in a joint, maps by their name.
 std::vector<const char*> effectKeys(bool isInUrdf);

@@ -78,10 +78,9 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
 
 void takeBeside(const Section& links, Entry& entry) {
   std::vector<const char*> keys{"joint", "initial"};
-  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
-  for (const NumberKey& key : own) keys.push_back(key.name);
+  for (const char* key : linkKeys()) keys.push_back(key);
   const Section in = links.section(entry.link.name, keys);
-  takeNumbers(in, own, entry.link.others);
+  takeEffects(in, entry.link);
   takeMotion(in, true, entry);
 }
 
@@ -89,8 +88,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   // The name. A disc replaces a body with faults, so that the names and the other links can be checked.
   Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
   std::vector<const char*> keys{"mass", "inertia", "com", "pin", "repeat", "joint", "initial"};
-  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
-  for (const NumberKey& key : own) keys.push_back(key.name);
+  for (const char* key : linkKeys()) keys.push_back(key);
   const Section in = links.section(name, keys, hintsIn(links.pathOf(name)));
   entry.isSound = isName(name);
   if (!entry.isSound) links.fault(name, nameInWords, quoted(name));
@@ -117,7 +115,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   const std::vector<Fault> ofLink = faultsOf(link, isPrismatic);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
-  takeNumbers(in, own, entry.link.others);
+  takeEffects(in, entry.link);
 
   // How they move.
   if (isPrismatic && entry.repeat > 1) {

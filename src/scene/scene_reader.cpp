@@ -15,6 +15,7 @@
 #include "reading/section.h"
 #include "scene/accuracy.h"
 #include "scene/default_stops.h"
+#include "scene/frames_reader.h"
 #include "scene/joint_types.h"
 #include "scene/link_reader.h"
 #include "scene/scene_numbers.h"
@@ -238,7 +239,7 @@ std::vector<const char*> sceneKeys() {
   for (const EffectKind* kind : effectKinds()) {
     if (kind->sceneKey()) keys.push_back(kind->sceneKey());
   }
-  for (const char* key : {"base", "tip", "start", "integrator", "publish", "sensors", "seed",
+  for (const char* key : {"base", "tip", "start", "integrator", "publish", "sensors", "seed", "frames",
                           "command_timeout", "real_time_factor", "robot_description"}) {
     keys.push_back(key);
   }
@@ -256,11 +257,6 @@ std::optional<BaseLaws> takeBase(const Section& top, const ChainNames* names) {
               "both");
   }
   return readBase(top.section("base", {"x", "y", "angle"}));
-}
-
-Section publishOf(const Section& top) {
-  return top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_every",
-                                 "frame_prefix", "world_frame", "base_frame", "offset"});
 }
 
 std::optional<double> takeRealTimeFactor(const Section& top) {
@@ -301,10 +297,7 @@ static void throwAny(std::vector<Fault>& faults, const Value& value) {
 
 Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::vector<Fault> faults;
-  std::vector<const char*> keys = sceneKeys();
-  const std::vector<NumberKey> own = numberKeys(&EffectKind::sceneKeys);
-  for (const NumberKey& key : own) keys.push_back(key.name);
-  const Section top(&value, "", keys, faults, numbers, hintsAtTop());
+  const Section top(&value, "", sceneKeys(), faults, numbers, hintsAtTop());
 
   // The chain.
   std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);
@@ -312,17 +305,18 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::optional<Chain> chain;
   Vec2d unused;
   top.take("gravity", "m/s²", expanded ? expanded->gravity : unused);
+  std::vector<Load> loads;
+  std::vector<Link> none;
+  for (const EffectKind* kind : effectKinds())
+    kind->takeScene(top, names, expanded ? expanded->links : none, loads);
   if (expanded && expanded->isOrdered) chain = makeChain(*expanded, faults);
   // All other keys.
-  std::vector<Load> loads;
-  for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
-  NamedNumbers others;
-  takeNumbers(top, own, others);
   const IntegratorSettings integrator = readIntegrator(top.section(
       "integrator", {"method", "tolerance", "rate_tolerance", "loosest_tolerance", "step", "plain_kernel"}));
-  PublishSettings publish = readPublish(publishOf(top), names);
+  PublishSettings publish = readPublish(top, names);
   std::vector<Sensor> sensors = readSensors(top, publish, names);
   const long long seed = readSeed(top);
+  std::vector<Frame> frames = readFrames(top, sensors, publish, names);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
   if (chain && chain->coordinates().leading() > 0) refuseBesideTypes(top, *chain, loads);
@@ -344,11 +338,11 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(expanded->drives),
               std::move(base),
               std::move(expanded->appearance),
-              std::move(others),
               std::move(expanded->notes),
               std::move(sensors),
               seed,
-              std::move(tip)};
+              std::move(tip),
+              std::move(frames)};
   requireSeries(scene, top);
   if (closeStart(scene, top) && startsAtRest) startAtRest(scene, top);
   throwAny(faults, value);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "reading/names.h"
+#include "scene/frames_reader.h"
 #include "scene/settings_reader.h"
 
 namespace planar_chain {
@@ -91,30 +92,10 @@ AxesErrors readErrors(const Section& in, const std::string& of, const std::strin
   return errors;
 }
 
-/// Refuses a name of an IMU that another frame has.
-void requireOwnFrame(const Section& sensors, const std::string& name, const PublishSettings& publish,
-                     const ChainNames* names) {
-  const bool isTaken = name == publish.worldFrame || name == publish.baseFrame || name == movingFrame ||
-                       (names && names->links.count(name) != 0);
-  if (isTaken) sensors.fault(name, "a name that no other frame has", quoted(name));
-}
-
 Imu readImu(const Section& in, const ChainNames* names) {
   Imu imu;
-  const Value& link = *in.find("link");
-  const auto found =
-      names && link.text() ? names->links.find(*link.text()) : std::map<std::string, int>::const_iterator();
-  if (!link.text()) {
-    in.fault("link", "the name of a link");
-  } else if (names && found == names->links.end()) {
-    in.fault("link", oneOf("link", *link.text(), names->links, &names->joints));
-  } else if (names) {
-    imu.link = found->second;
-  }
-  if (in.take("point", "m", imu.point); !(std::hypot(imu.point.x, imu.point.y) <= largestSize)) {
-    in.fault("point", "a place within 1e100 m of the inner pin");
-  }
-  in.take("angle", NumberRule::any("rad"), imu.angle);
+  imu.link = takeLink(in, names);
+  takePlace(in, imu.point, imu.angle);
   imu.gyro = readErrors(in, "gyro", "rad/s");
   imu.specific = readErrors(in, "accelerometer", "m/s²");
   return imu;

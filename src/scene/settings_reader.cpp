@@ -92,8 +92,7 @@ void requireSeries(const Scene& scene, const Section& top) {
     const std::unique_ptr<Effect> effect = kind->make(scene);
     if (!effect) continue;
     const bool holdsTip = effect->coupler() && effect->coupler()->holdsTip();
-    const bool couples =
-        effect->coupler() ? isMixed || !holdsTip : effect->forces() && effect->forces()->dependOnMotion();
+    const bool couples = effect->coupler() && (isMixed || !holdsTip);
     if (effect->hasSeries() && !(couples && scene.tip)) continue;
     SceneWords words;
     kind->summarize(scene, words);
@@ -159,7 +158,10 @@ void takeFrame(const Section& in, const std::string& key, std::string& target) {
 }
 
 /// names: nullptr if the links could not be read.
-PublishSettings readPublish(const Section& in, const ChainNames* names) {
+PublishSettings readPublish(const Section& top, const ChainNames* names) {
+  const Section in =
+      top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_every",
+                              "frame_prefix", "world_frame", "base_frame", "offset"});
   PublishSettings settings;
   // Rates.
   in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate}, settings.rate);

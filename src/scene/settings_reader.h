@@ -31,8 +31,8 @@ void startAtRest(Scene& scene, const Section& top);
 /// Returns true if the key is absent or an integer from 1 to mostLinks.
 bool takeCount(const Section& in, const char* key, int& target);
 
-/// The maps `integrator` and `publish`. names: nullptr if the links could not be read.
+/// The map `integrator`, and the one at `publish`. names: nullptr if the links could not be read.
 IntegratorSettings readIntegrator(const Section& in);
-PublishSettings readPublish(const Section& in, const ChainNames* names);
+PublishSettings readPublish(const Section& top, const ChainNames* names);
 
 }  // namespace planar_chain

@@ -13,6 +13,7 @@
 #include "planar_chain/motion.h"
 #include "planar_chain/scene.h"
 #include "sensors/random.h"
+#include "simd/snapshot.h"
 
 namespace planar_chain {
 
@@ -41,6 +42,10 @@ class SensorBank {
   std::vector<Measurement> deliver(double t);
   /// How many measurements newer ones have replaced before they were delivered.
   long long lost() const { return lost_; }
+  void saveOrRestore(Snapshot& snapshot) {
+    for (Unit& unit : units_) snapshot(unit.oldest, unit.made, unit.next, unit.values, unit.wander);
+    snapshot(lost_);
+  }
 
  private:
   struct Unit {

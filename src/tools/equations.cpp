@@ -10,8 +10,9 @@
 #include "dynamics/equilibrium.h"
 #include "dynamics/given_state.h"
 #include "dynamics/letters.h"
+#include "effects/air_drag.h"
 #include "effects/effect_kind.h"
-#include "effects/motors.h"
+#include "planar_chain/kinematics.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {
@@ -137,17 +138,27 @@ Json jsonOf(const Load& load, const Chain& chain) {
   return all;
 }
 
+Json jsonOf(const GroundSpring& spring, const Link& link) {
+  return {{"link", link.name},
+          {"point", {spring.point.x, spring.point.y}},
+          {"ground", {spring.ground.x, spring.ground.y}},
+          {"stiffness", spring.stiffness},
+          {"damping", spring.damping},
+          {"rest_length", spring.restLength},
+          {"slack", spring.goesSlack}};
+}
+
 Json jsonOf(const TipLaws& tip) {
   if (!tip.line) return {{"pin", {{"x", jsonOf(tip.x)}, {"y", jsonOf(tip.y)}}}};
   return {{"line",
            {{"point", {tip.x.at(0).value, tip.y.at(0).value}}, {"direction", {tip.line->x, tip.line->y}}}}};
 }
 
-/// Prints the chain, its drives, base, tip and loads as an object with the keys of a scene. What is absent is
-/// null, or left out.
-void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
+/// Prints the chain, its drives, base, tip, springs and loads as an object with the keys of a scene. What is
+/// absent is null, or left out.
+int printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
   const Chain& chain = scene.chain;
-  Json links = Json::array();
+  Json links = Json::array(), springs = Json::object();
   for (std::size_t i = 0; i < chain.links().size(); ++i) {
     const Link& link = chain.links()[i];
     const Joint& joint = chain.joints()[i];
@@ -168,6 +179,9 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
                      {"com", {link.com.x, link.com.y}},
                      {"pin", {link.pin.x, link.pin.y}},
                      {"joint", ofJoint}});
+    const auto [drag, at] = airDragOf(link);
+    if (drag > 0) links.back()["drag"] = {{"coefficient", drag}, {"point", {at.x, at.y}}};
+    for (const GroundSpring& spring : link.springs) springs[spring.name] = jsonOf(spring, link);
   }
   for (const Drive& drive : scene.drives) links[index(drive.joint)]["joint"]["drive"] = jsonOf(drive.law);
   Json loads = Json::object();
@@ -177,35 +191,101 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
            {"qd", jsonOf(qd)},
            {"links", links}};
   if (!loads.empty()) all["loads"] = loads;
+  if (!springs.empty()) all["springs"] = springs;
   if (const auto& base = scene.base) {
     all["base"] = {{"x", jsonOf(base->x)}, {"y", jsonOf(base->y)}, {"angle", jsonOf(base->angle)}};
   }
   if (scene.tip) all["tip"] = jsonOf(*scene.tip);
   std::cout << all << '\n';
+  return done;
 }
 
 /// Prints the torques that give these accelerations.
-void printInverse(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd, const Eigen::VectorXd& qdd,
-                  const Eigen::VectorXd& tau, bool asJson) {
+int printInverse(const Scene& scene, double t, const GivenState& state, const Eigen::VectorXd& qdd,
+                 bool asJson) {
+  const auto& [q, qd] = state;
+  const Eigen::VectorXd tau = inverseDynamics(scene, t, q, qd, qdd);
+  requireFinite("torques", tau);
   if (asJson) {
     std::cout
         << Json{{"t", t}, {"q", jsonOf(q)}, {"qd", jsonOf(qd)}, {"qdd", jsonOf(qdd)}, {"tau", jsonOf(tau)}}
         << '\n';
-    return;
+    return done;
   }
   print("q", "relative joint angles, rad", q.transpose());
   print("qd", "their rates, rad/s", qd.transpose());
   print("qdd", "their accelerations, rad/s^2", qdd.transpose());
   print("tau", "torques that give these accelerations, beside all that acts, N m", tau.transpose());
+  return done;
 }
 
-/// A and B, with a note of what they do not have.
-LinearModel linearized(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
-  const auto& joints = scene.chain.joints();
-  if (std::any_of(joints.begin(), joints.end(), changesCommands)) {
-    std::fputs("note: A and B have no motors and no command delays; dtau is the torque that acts\n", stderr);
+/// The torques of --tau, and whether joints slip.
+OperatingPoint pointOf(const Arguments& given, std::size_t n, std::vector<Fault>& faults) {
+  OperatingPoint about;
+  const std::string friction = given.text("friction").value_or("acts");
+  about.slips = friction == "slips";
+  if (!about.slips && friction != "acts") faults.push_back({"--friction", "acts or slips", quoted(friction)});
+  about.isHeld = given.text("tau") == "holding";
+  if (!about.isHeld) about.tau = vectorArgument("tau", given, n, faults);
+  for (const char* option : {"tau", "friction"}) {
+    if (given.has(option) && !given.has("linearize"))
+      faults.push_back({std::string("--") + option, "--linearize beside it", "nothing"});
   }
-  return linearModel(scene, t, q, qd);
+  return about;
+}
+
+/// A and B. Writes their notes.
+LinearModel linearized(const Scene& scene, double t, const GivenState& state, const OperatingPoint& about) {
+  LinearModel model = linearModel(scene, t, state.q, state.qd, about);
+  for (const std::string& note : model.notes) std::cerr << "note: " << note << '\n';
+  return model;
+}
+
+/// The point of --point: LINK,x,y, or a frame.
+std::optional<Frame> frameOf(const Arguments& given, const Scene& scene, std::vector<Fault>& faults) {
+  const std::optional<std::string> text = given.text("point");
+  if (!text) return std::nullopt;
+  const std::size_t comma = text->find(','), second = text->find(',', comma + 1);
+  try {
+    if (comma == std::string::npos) return frameNamed(scene, *text);
+    const std::string name = text->substr(0, comma);
+    const auto& links = scene.chain.links();
+    const auto link =
+        std::find_if(links.begin(), links.end(), [&](const Link& one) { return one.name == name; });
+    const auto numberAt = [&](std::size_t from, std::size_t to) {
+      return from == std::string::npos ? infinity
+                                       : numberIn(text->substr(from + 1, to - from - 1)).value_or(infinity);
+    };
+    const double x = numberAt(comma, second), y = numberAt(second, std::string::npos);
+    if (link != links.end() && std::isfinite(x) && std::isfinite(y))
+      return Frame{name, static_cast<int>(link - links.begin()), {x, y}};
+  } catch (const Refused&) {  // no frame
+  }
+  faults.push_back({"--point", "LINK,x,y, the name of a frame of the scene, or tip", quoted(*text)});
+  return std::nullopt;
+}
+
+/// Prints how a point moves, at the accelerations of this state.
+int printPoint(const Scene& scene, const Frame& frame, double t, const GivenState& state, bool asJson) {
+  const auto& [q, qd] = state;
+  const Eigen::VectorXd qdd = kane(scene.chain, q, qd, activeForces(scene, t, q, qd)).qdd, none = 0 * qdd;
+  const FrameMotion now = motionOf(scene, frame, t, q, qd, qdd),
+                    coasting = motionOf(scene, frame, t, q, qd, none);
+  const auto three = [](Vec2d v, double angle) { return Eigen::VectorXd(Eigen::Vector3d(v.x, v.y, angle)); };
+  Json all{{"t", t}, {"q", jsonOf(q)}, {"qd", jsonOf(qd)}};
+  const auto show = [&](const char* letter, const char* meaning, const Eigen::MatrixXd& value) {
+    requireFinite(std::string("numbers of ") + letter, value);
+    if (!asJson)
+      return print(letter, meaning, value.cols() == 1 ? Eigen::MatrixXd(value.transpose()) : value);
+    all[letter] = value.cols() == 1 ? jsonOf(Eigen::VectorXd(value)) : jsonOf(value);
+  };
+  show("position", "x and y, m, and the angle of the link or frame, rad", three(now.position, now.angle));
+  show("velocity", "m/s, and rad/s", three(now.velocity, now.rate));
+  show("acceleration", "m/s^2, and rad/s^2", three(now.acceleration, now.angularAcceleration));
+  show("J", "velocity = J qd, on a base at rest", jacobianOf(scene, frame, t, q));
+  show("Jdot_qd", "acceleration at qdd = 0", three(coasting.acceleration, coasting.angularAcceleration));
+  if (asJson) std::cout << all << '\n';
+  return done;
 }
 
 void moveToEquilibrium(const Scene& scene, double t, GivenState& state) {
@@ -223,6 +303,7 @@ int equations(const Arguments& given) {
   const bool onlyChain = given.has("chain");
   checkAlone(given, "chain", {"json", "linearize", "inverse"}, faults);
   checkAlone(given, "inverse", {"linearize"}, faults);
+  checkAlone(given, "point", {"chain", "inverse", "linearize"}, faults);
   const Scene scene = readScene(
       given, [](Value&) {}, std::move(faults));
   if (!onlyChain) requireFewLinks(scene);
@@ -245,27 +326,24 @@ int equations(const Arguments& given) {
     stateFaults.push_back(
         {"--qd", "0 or none beside --equilibrium, which is at rest", quoted(*given.text("qd"))});
   }
+  const OperatingPoint about = pointOf(given, n, stateFaults);
+  const std::optional<Frame> frame = frameOf(given, scene, stateFaults);
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
   if (given.has("equilibrium")) moveToEquilibrium(scene, t, state);
 
   // The output: the chain, torques, or the equations.
   requireFinite("angles", q);
   requireFinite("rates", qd);
-  if (onlyChain) {
-    printChain(scene, q, qd);
-    return done;
-  }
+  if (onlyChain) return printChain(scene, q, qd);
+  if (frame) return printPoint(scene, *frame, t, state, given.has("json"));
   if (given.has("inverse")) {
-    const Eigen::VectorXd qdd = givenQdd.value_or(Eigen::VectorXd::Zero(q.size()));
-    const Eigen::VectorXd tau = inverseDynamics(scene, t, q, qd, qdd);
-    requireFinite("torques", tau);
-    printInverse(t, q, qd, qdd, tau, given.has("json"));
-    return done;
+    return printInverse(scene, t, state, givenQdd.value_or(Eigen::VectorXd::Zero(q.size())),
+                        given.has("json"));
   }
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
   std::optional<LinearModel> near;
-  if (given.has("linearize")) near = linearized(scene, t, q, qd);
+  if (given.has("linearize")) near = linearized(scene, t, state, about);
   requireFinite(active, at, near);
   if (given.has("json")) {
     printJson(t, active, at, near);
@@ -295,6 +373,18 @@ int main(int argc, char** argv) {
          "closed chain they are for all n coordinates: reduce them to what the tip allows before a control "
          "design",
          false},
+        {"tau",
+         "With --linearize: the torques in the joints, N m, about which A and B are, beside all else that "
+         "acts, such "
+         "as 1.5,0 (default 0); `holding`: those that hold the state"},
+        {"friction",
+         "With --linearize: `slips` takes a joint at rest for one that slips, without friction; with `acts`, "
+         "the "
+         "default, it may stick, and its column of B is 0"},
+        {"point",
+         "Only the position, velocity, acceleration and Jacobian of a point: LINK,x,y with x and y in m in "
+         "the frame of "
+         "the link; or the name of a frame of the scene, or tip"},
         {"equilibrium", "At rest in the static equilibrium, searched from --q", false},
         {"inverse", "Only the torques tau that give the accelerations --qdd, beside all that acts but drives",
          false},

@@ -22,7 +22,8 @@ except ImportError as missing:
 
 MOST = 12  # panels
 COLUMNS, PANEL = 4, 2.6  # inch
-SWING, BEND, FREE = 0.2, 0.6, 0.08  # of the reach: the way of the pin that moves most; rad: most in a joint; of the drawing, around it
+SWING, BEND = 0.2, 0.6        # of the reach: the way of the pin that moves most; rad: most in a joint
+FREE, SLIM = 0.08, 0.6        # of the drawing's larger side: around it; the smaller side at least
 AT_REST, FORTH, BACK = {"color": "#7F7F7F"}, {"color": "#0072B2"}, {"color": "#D55E00"}
 
 
@@ -77,10 +78,11 @@ def draw(scene, mode, title):
         for pose, paint in ((0, AT_REST), (2 * k + 1, FORTH), (2 * k + 2, BACK)):
             draw_instant(axes, links, aside, *poses[pose], **paint)
         axes.set_title(title_of(mode, k), fontsize="small", color="#B00000" if mode.kinds[k] == "unstable" else "black")
-        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_aspect("equal")
+        largest = max(np.ptp(drawn.real), np.ptp(drawn.imag))
         for values, limit in ((drawn.real, axes.set_xlim), (drawn.imag, axes.set_ylim)):
-            margin = FREE * max(np.ptp(drawn.real), np.ptp(drawn.imag))
-            limit(values.min() - margin, values.max() + margin)
+            half, middle = max(np.ptp(values), SLIM * largest) / 2 + FREE * largest, (values.min() + values.max()) / 2
+            limit(middle - half, middle + half)
         axes.tick_params(labelsize="x-small")
         axes.grid(alpha=0.3)
     return figure

@@ -14,8 +14,9 @@ UNITS = {
     "mass": "kg", "inertia": "kg m²", "rotor_inertia": "kg m²", "com": "m", "pin": "m", "point": "m", "angle": "rad",
     "rest_angle": "rad", "lower": "rad", "upper": "rad", "phase": "rad", "velocity": "rad/s", "position": "m", "velocity_limit": "rad/s",
     "damping": "N m s/rad", "stop_damping": "N m s/rad", "stiffness": "N m/rad", "stop_stiffness": "N m/rad", "torque": "N m",
-    "friction": "N m", "breakaway": "N m", "drag": "N m s²/rad²", "effort_limit": "N m", "moment": "N m", "force": "N",
-    "no_load_speed": "rad/s", "time_constant": "s", "command_delay": "s", "gravity": "m/s²",
+    "friction": "N m", "breakaway": "N m", "joint/drag": "N m s²/rad²", "effort_limit": "N m", "moment": "N m", "force": "N",
+    "drag": "N s²/m²", "coefficient": "N s²/m²", "springs/stiffness": "N/m", "springs/damping": "N s/m", "rest_length": "m",
+    "ground": "m", "no_load_speed": "rad/s", "time_constant": "s", "command_delay": "s", "gravity": "m/s²",
     "frequency": "Hz", "start": "s", "stop": "s", "times": "s", "step": "s", "drive/amplitude": "rad", "drive/offset": "rad",
     "drive/values": "rad", "x/amplitude": "m", "x/offset": "m", "x/values": "m", "y/amplitude": "m", "y/offset": "m",
     "y/values": "m", "angle/amplitude": "rad", "angle/offset": "rad", "angle/values": "rad"}
@@ -28,7 +29,8 @@ ALONG = {  # in a prismatic joint
 def with_unit(path, links=None):
     """links/a/mass (kg). links: of prismatic joints; None if that is not known: links/a/joint/damping (N m s/rad or N s/m)"""
     keys = [key for key in path.split("/") if not key.isdigit()]
-    unit = UNITS.get("/".join(keys[-2:])) or UNITS.get(keys[-1] if keys else "")
+    names = ("/".join(keys[-2:]), f"{keys[0]}/{keys[-1]}", keys[-1]) if keys else ()
+    unit = next((UNITS[name] for name in names if name in UNITS), None)
     if unit in ALONG and (keys[2:3] == ["joint"] or keys[2:] == ["initial", "velocity"]) and (links is None or keys[1] in links):
         unit = ALONG[unit] if links is not None else f"{unit} or {ALONG[unit]}"
     return f"{path} ({unit})" if unit else path

@@ -30,13 +30,16 @@ Simulation& simulation() {
   return one;
 }
 
-template <class Service>
-typename Service::Response asked(const std::vector<double>& q, const std::vector<double>& qd) {
+/// torques: of a service that takes them.
+template <class Service, class... Torques>
+typename Service::Response asked(const std::vector<double>& q, const std::vector<double>& qd,
+                                 const Torques&... torques) {
   typename Service::Response response;
-  const Answer answered = answer(simulation(), q, qd, response);
+  const Answer answered = answer(simulation(), q, qd, torques..., response);
   response.success = answered.success;
   const bool isSound =
-      (q.empty() && qd.empty()) || (q.size() == 2 && qd.size() == 2 && areFinite(q) && areFinite(qd));
+      ((q.empty() && qd.empty()) || (q.size() == 2 && qd.size() == 2 && areFinite(q) && areFinite(qd))) &&
+      (... && (torques.empty() || (torques.size() == 2 && areFinite(torques))));
   require(!response.success || isSound);
   require(answered.success == answered.message.empty());
   return response;
@@ -60,10 +63,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
        {&equations.q, &equations.qd, &equations.f, &equations.qdd, &equations.M.data}) {
     require(areFinite(*numbersOf) && numbersOf->empty() != bool(equations.success));
   }
-  const auto linear = asked<Linearize>(q, qd);
-  for (const auto* matrix : {&linear.A, &linear.B}) {
-    require(areFinite(matrix->data) && matrix->data.size() == std::size_t{matrix->rows} * matrix->columns);
-    require(matrix->data.empty() != bool(linear.success));
+  for (const std::vector<double>& torques : {std::vector<double>(), qd}) {
+    const auto linear = asked<Linearize>(q, qd, torques);
+    for (const auto* matrix : {&linear.A, &linear.B}) {
+      require(areFinite(matrix->data) && matrix->data.size() == std::size_t{matrix->rows} * matrix->columns);
+      require(matrix->data.empty() != bool(linear.success));
+    }
   }
   return 0;
 }

@@ -6,6 +6,8 @@ modes without damping. In them the poles s are those of
 
     d/dt [w η, η̇] = [[0, w], [−λ/w, −Vᵀ D̃ V]] [w η, η̇],    w² = |λ|,    of which all entries are about as large as s."""
 
+import warnings
+
 import numpy as np
 
 from planar_chain import Refused, equations, equilibrium, inverse_dynamics, linearize
@@ -63,7 +65,9 @@ def modes(scene, q=None, t=0.0):
     try:
         at = equations(scene, q, rest, t)
         q = at["q"]  # to which a closed chain is moved
-        A, B = linearize(scene, q, rest, t)
+        with warnings.catch_warnings():  # what is no equilibrium, or stuck, is told here
+            warnings.simplefilter("ignore")
+            A, B = linearize(scene, q, rest, t=t)
         torques = inverse_dynamics(scene, rest, q, rest, t)
     except Refused as refused:
         if not str(refused).startswith("qd"):

@@ -95,7 +95,7 @@ class Plant:
     def __init__(self, scene, q, qd, t):
         self.scene, self.n, self.tree = scene, len(scene), scene.to_dict()
         at = equations(scene, q, qd, t)
-        A, B = linearize(scene, at["q"], at["qd"], t)
+        A, B = linearize(scene, at["q"], at["qd"], t=t)
         self.A, self.B = A[self.n:], B[self.n:]  # of q̈
         rotation = at["S"][0]
         base_angle = np.arctan2(rotation[0, 1], rotation[0, 0]) - (0 if scene.prismatic[0] else at["q"][0])

@@ -25,15 +25,17 @@ struct Frames {
   int every = 1;                   ///< k
 
   std::string prefix;
-  std::set<int> withImu{};  ///< links that have a frame in any case
+  std::vector<Frame> onLinks{};  ///< the scene's, and the tip's unless another frame has that name
+  std::vector<Frame> ofImus{};
+  std::set<int> withMore{};  ///< links that have a frame in any case, as these are on them
 
   bool has(int link) const {
-    return (static_cast<int>(links.size()) - 1 - link) % every == 0 || withImu.count(link) != 0;
+    return (static_cast<int>(links.size()) - 1 - link) % every == 0 || withMore.count(link) != 0;
   }
   /// The frame of a link that has one, or of the base for -1.
   const std::string& of(int link) const { return link < 0 ? base : links[static_cast<std::size_t>(link)]; }
-  /// The frame of an IMU.
-  std::string sensor(const std::string& name) const { return prefix + name; }
+  /// The name of a frame on a link.
+  std::string of(const Frame& frame) const { return prefix + frame.name; }
 };
 
 /// Returns the names for the node of this full name. The prefix of every frame except the world is
@@ -50,7 +52,20 @@ inline Frames framesOf(const Scene& scene, const std::string& node) {
   for (const Link& link : scene.chain.links()) frames.links.push_back(prefix + link.name);
 
   for (const Sensor& sensor : scene.sensors) {
-    if (const Imu* imu = std::get_if<Imu>(&sensor.kind)) frames.withImu.insert(imu->link);
+    if (const Imu* imu = std::get_if<Imu>(&sensor.kind))
+      frames.ofImus.push_back({sensor.name, imu->link, imu->point, imu->angle});
+  }
+  frames.onLinks = scene.frames;
+  const auto hasName = [](const auto& all, const std::string& name) {
+    return std::any_of(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
+  };
+  const std::string tip = "tip";
+  if (!hasName(scene.chain.links(), tip) && !hasName(frames.ofImus, tip) && !hasName(scene.frames, tip) &&
+      publish.baseFrame != tip && prefix + tip != publish.worldFrame) {
+    frames.onLinks.push_back({tip, scene.chain.size() - 1, scene.chain.links().back().pin});
+  }
+  for (const auto* all : {&frames.onLinks, &frames.ofImus}) {
+    for (const Frame& frame : *all) frames.withMore.insert(frame.link);
   }
 
   const int n = scene.chain.size();
@@ -58,10 +73,11 @@ inline Frames framesOf(const Scene& scene, const std::string& node) {
 
   // The reader has checked the scene's own names. Only the prefix can make one of them equal to the world's.
   const auto isWorld = [&](const std::string& frame) { return frame == frames.world; };
+  const auto isWorlds = [&](const Frame& frame) { return isWorld(frames.of(frame)); };
   if (isWorld(frames.base) || isWorld(frames.pin) ||
       std::any_of(frames.links.begin(), frames.links.end(), isWorld) ||
-      std::any_of(scene.sensors.begin(), scene.sensors.end(),
-                  [&](const Sensor& sensor) { return isWorld(frames.sensor(sensor.name)); })) {
+      std::any_of(frames.ofImus.begin(), frames.ofImus.end(), isWorlds) ||
+      std::any_of(frames.onLinks.begin(), frames.onLinks.end(), isWorlds)) {
     throw Refused({{"publish/world_frame", "a name that no other frame has", quoted(publish.worldFrame)}});
   }
   return frames;

@@ -1,6 +1,7 @@
 #include "ros/node/queries.h"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -88,9 +89,22 @@ Answer answer(const Simulation& simulation, const std::vector<double>& q, const 
 }
 
 Answer answer(const Simulation& simulation, const std::vector<double>& q, const std::vector<double>& qd,
-              Linearize::Response& response) {
-  const auto fill = [&](const Scene& scene, double t, const VectorXd& at, const VectorXd& rates) {
-    const LinearModel model = linearModel(scene, t, at, rates);
+              const std::vector<double>& torques, Linearize::Response& response) {
+  const auto fill = [&](Scene& scene, double t, const VectorXd& at, const VectorXd& rates) {
+    OperatingPoint about;
+    if (!torques.empty()) {
+      std::vector<Fault> faults;
+      checkValues(faults, "torques", "torques", "N m", torques, simulation.q().size());
+      if (!faults.empty()) throw Refused(std::move(faults));
+      about.tau = vectorOf(torques);
+      // The commands stand behind the scene's own loads.
+      const auto isInJoint = [](const Load& load) { return load.joint != Load::none; };
+      const auto own = static_cast<std::ptrdiff_t>(simulation.scene().loads.size());
+      scene.loads.erase(std::remove_if(scene.loads.begin() + own, scene.loads.end(), isInJoint),
+                        scene.loads.end());
+    }
+    const LinearModel model = linearModel(scene, t, at, rates, about);
+    response.notes = model.notes;
     copy(model.A, response.A);
     copy(model.B, response.B);
   };

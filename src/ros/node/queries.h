@@ -20,7 +20,8 @@ constexpr int mostLinksInMatrices = 200;
 // Faults are: not one finite number per joint, a chain that is too long, and matrices that are not finite.
 Answer answer(const Simulation& simulation, const std::vector<double>& q, const std::vector<double>& qd,
               Equations::Response& response);
+/// torques: held in the joints in place of those that are commanded; empty: the commanded ones.
 Answer answer(const Simulation& simulation, const std::vector<double>& q, const std::vector<double>& qd,
-              Linearize::Response& response);
+              const std::vector<double>& torques, Linearize::Response& response);
 
 }  // namespace planar_chain

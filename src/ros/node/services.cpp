@@ -38,7 +38,9 @@ void Node::advertiseServices() {
       advertise<Step, StepRequest_>(
           inner_, "step", [this](auto& in, auto& out) { return step(plainOf<StepRequest>(in), out); }),
       advertise<Equations, EquationsRequest_>(inner_, "equations", query),
-      advertise<Linearize, LinearizeRequest_>(inner_, "linearize", query)};
+      advertise<Linearize, LinearizeRequest_>(inner_, "linearize", [this](auto& in, auto& out) {
+        return answer(*simulation_, plain(in.q), plain(in.qd), plain(in.torques), out);
+      })};
 }
 
 /// Samples the times for the real-time factor. A pause does not count, and neither do steps during it.

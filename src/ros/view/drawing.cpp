@@ -61,6 +61,9 @@ class Writer {
       link(i);
       joint(i);
     }
+    for (const Frame& own : frames_.onLinks) {
+      if (own.link < links) frame(own);
+    }
     line("</robot>");
     std::replace(text_.begin(), text_.end(), '\'', '"');
     return text_;
@@ -190,6 +193,14 @@ class Writer {
     std::string element = "<dynamics";
     for (const auto& [name, value] : attributes) element += " " + name + "='" + toText(value) + "'";
     return element + "/>";
+  }
+
+  /// A link without mass and shape.
+  void frame(const Frame& own) {
+    const std::string name = frames_.of(own), &link = frames_.of(own.link);
+    line("<link name='", name, "'/>");
+    line("<joint name='", link, "-", name, "' type='fixed'><parent link='", link, "'/><child link='", name,
+         "'/><origin xyz='", own.point, "' rpy='0 0 ", own.angle, "'/></joint>");
   }
 
   void joint(int i) {
@@ -340,9 +351,9 @@ std::vector<std::string> notInUrdf(const Scene& scene) {
   }
   for (const char* limit : {"lower", "upper", "effort_limit", "velocity_limit"}) keys.erase(limit);
   for (const Link& link : scene.chain.links()) {
-    for (const auto& other : link.others) keys.insert(other.first);
+    for (const auto& other : link.others) keys.insert(other.first.substr(0, other.first.find('/')));
+    add(!link.springs.empty(), "springs");
   }
-  for (const auto& other : scene.others) keys.insert(other.first);
   for (int i = 0; i < scene.chain.size(); ++i) {
     add(scene.q[index(i)] != 0,
         scene.chain.coordinates().isPrismatic(i) ? "initial/position" : "initial/angle");

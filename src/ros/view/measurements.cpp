@@ -37,14 +37,14 @@ void copy(const double* from, geometry_msgs::Vector3& to) {
 }  // namespace
 
 Measurements::Measurements(Simulation& simulation, const std::string& node, const Frames& frames)
-    : simulation_(simulation), frames_(frames) {
+    : simulation_(simulation) {
   for (const Sensor& sensor : simulation.scene().sensors) {
     longestDelay_ = std::max(longestDelay_, sensor.delay);
     topics_.push_back(node + "/" + sensor.name);
     if (const auto* encoder = std::get_if<Encoder>(&sensor.kind)) {
       messages_.emplace_back(messageOf(*encoder, simulation.scene().chain));
     } else {
-      messages_.emplace_back(messageOf(std::get<Imu>(sensor.kind), frames.sensor(sensor.name)));
+      messages_.emplace_back(messageOf(std::get<Imu>(sensor.kind), frames.prefix + sensor.name));
     }
   }
 }
@@ -84,23 +84,6 @@ void Measurements::write(const Measurement& measurement, ros::Time stamp, Messag
   imu.header.stamp = stamp;
   copy(measurement.values.data(), imu.angular_velocity);
   copy(measurement.values.data() + 3, imu.linear_acceleration);
-}
-
-std::vector<geometry_msgs::TransformStamped> Measurements::transforms(ros::Time stamp) const {
-  std::vector<geometry_msgs::TransformStamped> transforms;
-  for (const Sensor& sensor : simulation_.scene().sensors) {
-    const Imu* imu = std::get_if<Imu>(&sensor.kind);
-    if (!imu) continue;
-    geometry_msgs::TransformStamped& to = transforms.emplace_back();
-    to.header.stamp = stamp;
-    to.header.frame_id = frames_.links[index(imu->link)];
-    to.child_frame_id = frames_.sensor(sensor.name);
-    to.transform.translation.x = imu->point.x;
-    to.transform.translation.y = imu->point.y;
-    to.transform.rotation.z = std::sin(imu->angle / 2);
-    to.transform.rotation.w = std::cos(imu->angle / 2);
-  }
-  return transforms;
 }
 
 }  // namespace planar_chain

@@ -50,9 +50,6 @@ class Measurements {
     }
   }
 
-  /// The pose of each IMU in the frame of its link.
-  std::vector<geometry_msgs::TransformStamped> transforms(ros::Time stamp) const;
-
  private:
   using Message = std::variant<sensor_msgs::JointState, sensor_msgs::Imu>;
 
@@ -67,7 +64,6 @@ class Measurements {
   static void write(const Measurement& measurement, ros::Time stamp, Message& to);
 
   Simulation& simulation_;
-  Frames frames_;
   std::vector<std::string> topics_;
   std::vector<Message> messages_;  ///< of each sensor
   double longestDelay_ = 0;        ///< s

@@ -46,8 +46,15 @@ Messages::Messages(Simulation& simulation, const std::string& node, bool hasView
   base.transform.translation.x = scene.publish.offset.x;
   base.transform.translation.z = scene.publish.offset.y;
   base.transform.rotation.x = base.transform.rotation.w = std::sqrt(0.5);
-  for (const geometry_msgs::TransformStamped& imu : measurements_.transforms({})) {
-    staticTransforms_.transforms.push_back(imu);
+  for (const auto* all : {&frames_.onLinks, &frames_.ofImus}) {
+    for (const Frame& frame : *all) {
+      geometry_msgs::TransformStamped& to = staticTransforms_.transforms.emplace_back();
+      to.header.frame_id = frames_.of(frame.link);
+      to.child_frame_id = frames_.of(frame);
+      copy(frame.point, to.transform.translation);
+      to.transform.rotation.z = std::sin(frame.angle / 2);
+      to.transform.rotation.w = std::cos(frame.angle / 2);
+    }
   }
   if (hasViews) views_.emplace(simulation, frames_);
 }

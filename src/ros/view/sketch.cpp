@@ -77,6 +77,20 @@ void Sketch::band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& 
   for (const Vec2d& point : {a1, b1, b2, a1, b2, a2}) corner(point, paint);
 }
 
+void Sketch::zigzag(Vec2d a, Vec2d b, double swing, int turns, double width, const Colour& paint) {
+  const double l = length(b - a);
+  if (l == 0) return;
+  const Vec2d across = swing / l * perp(b - a);
+  const int corners = 2 * turns;
+  Vec2d from = a;
+  for (int k = 1; k <= corners; ++k) {
+    const double side = k == corners ? 0 : k % 2 == 0 ? -1 : 1;
+    const Vec2d to = a + static_cast<double>(k) / corners * (b - a) + side * across;
+    band(from, to, width, width, paint);
+    from = to;
+  }
+}
+
 void Sketch::arrow(Vec2d from, Vec2d to, double width, const Colour& paint) {
   const double l = length(to - from);
   if (l == 0) return;

@@ -47,6 +47,8 @@ class Sketch {
   void corner(Vec2d a, const Colour& paint);
   /// A band from a to b. The width changes linearly.
   void band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& paint);
+  /// Bands from a to b that swing by `swing` to both sides, as often.
+  void zigzag(Vec2d a, Vec2d b, double swing, int turns, double width, const Colour& paint);
   void arrow(Vec2d from, Vec2d to, double width, const Colour& paint);
   /// An arrow along a circle, from angle −sweep/2 to sweep/2.
   void turn(Vec2d centre, double radius, double sweep, double width, const Colour& paint);

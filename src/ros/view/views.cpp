@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "effects/ground_springs.h"
 #include "effects/springs.h"
 #include "effects/stops.h"
 #include "planar_chain/kane.h"
@@ -26,7 +27,7 @@ constexpr double trailWidth = 0.3;
 constexpr double brakeRadius = 1.45, brakeWidth = 0.4, padSweep = 0.85 * pi;
 constexpr double limitRadius = 4, limitInner = 0.8, limitWidth = 0.4, railMark = 5;
 constexpr double coilInner = 0.9, coilOuter = 1.7, coilWidth = 0.17, coilTurns = 2.25;
-constexpr int zigzags = 8;  // of the spring of a prismatic joint
+constexpr int zigzags = 8;  // of a straight spring
 // Heights above the plane of motion, in widths of a link. The more important figure is on top.
 constexpr double behind = -0.55, farBehind = -0.65, underCoils = 1.1, overBodies = 1.2, overCoils = 1.3,
                  overPins = 1.4, onTop = 1.5;
@@ -224,20 +225,34 @@ void Views::drawSprings(Sketch& sketch) {
     on(sketch, i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
                        coilWidth * drawing_.bar, heat(share));
   }
+  drawGroundSprings(sketch);
+}
+
+/// A zigzag from the ground to the link; a straight line if the spring is slack.
+void Views::drawGroundSprings(Sketch& sketch) {
+  for (int i = 0; i < chain_.size(); ++i) {
+    const Link& link = chain_.links()[index(i)];
+    if (link.springs.empty()) continue;
+    const LinkMotion& motion = motions_[index(i)];
+    const auto [pin, turn] = poseOf(i);
+    for (const GroundSpring& spring : link.springs) {
+      const Vec2d X = turn * spring.point, v = motion.velocity + motion.omega * perp(X - turn * link.com);
+      const double pull = pullOf(spring, pin + X, v);
+      const bool isSlack = spring.goesSlack && pull == 0;
+      sketch.on(Sketch::base)
+          .zigzag(spring.ground, pin + X, isSlack ? 0 : coilInner * drawing_.bar, zigzags,
+                  coilWidth * drawing_.bar, heat(std::fabs(pull) / drawing_.force));
+    }
+  }
 }
 
 /// A spring from the inner end of a prismatic joint's rail to its block.
 void Views::drawAlongAxis(Sketch& sketch, int joint, const Colour& paint) {
   const Vec2d axis = chain_.joints()[index(joint)].axis;
   const double bar = drawing_.bar, from = railOf(simulation_.scene(), joint, drawing_.links).from;
-  const double step = (simulation_.q()[index(joint)] - from) / (2 * zigzags);
-  const auto at = [&](int k) {
-    const double side = k == 0 || k == 2 * zigzags ? 0 : k % 2 == 0 ? -1 : 1;
-    return (from + k * step) * axis + side * coilInner * bar * perp(axis);
-  };
-  inside(sketch, joint);
-  for (int k = 0; k < 2 * zigzags; ++k)
-    sketch.band(at(k), at(k + 1), coilWidth * bar, coilWidth * bar, paint);
+  inside(sketch, joint)
+      .zigzag(from * axis, simulation_.q()[index(joint)] * axis, coilInner * bar, zigzags, coilWidth * bar,
+              paint);
 }
 
 /// A pale sector of the angles that a joint allows, or a line across its axis at each limit.

@@ -53,6 +53,7 @@ class Views {
   void drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const Colour& paint);
   void drawPinForces(Sketch& sketch);
   void drawSprings(Sketch& sketch);
+  void drawGroundSprings(Sketch& sketch);
   void drawAlongAxis(Sketch& sketch, int joint, const Colour& paint);
   void drawLimits(Sketch& sketch);
   void drawTrail(Sketch& sketch);

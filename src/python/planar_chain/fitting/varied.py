@@ -11,7 +11,7 @@ from planar_chain.given import read_number, require_moving
 from .recordings import BadFit, is_number
 
 NOT_NEGATIVE = {"mass", "inertia", "damping", "drag", "stiffness", "friction", "breakaway", "rotor_inertia", "stop_stiffness",
-                "stop_damping"}
+                "stop_damping", "rest_length", "coefficient"}
 AT_BOUND = 1e-3  # of a scale
 LEAST_MASS = 1e-3  # of its scale: 0 is no mass, and a far smaller one makes the equations singular
 NOT_ZERO = 1e-300  # a divisor in place of 0
@@ -91,6 +91,10 @@ def typical(path, scene):
     key = path.rsplit("/", 1)[-1]
     if path.endswith(("com/0", "com/1", "pin/0", "pin/1")):
         return 0.1 * length
+    if path.startswith("springs/"):
+        return {"stiffness": 0.1 * mass * rate ** 2, "damping": 0.01 * mass * rate}.get(key, 0.1 * length)
+    if key == "coefficient" or key == "drag" and "/joint/" not in path:
+        return 0.01 * mass / length
     return {"mass": mass, "inertia": 0.1 * inertia, "rotor_inertia": 0.01 * inertia, "damping": 0.01 * inertia * rate,
             "drag": 0.01 * inertia * arm / length, "stop_damping": 0.1 * inertia * rate, "stiffness": 0.1 * inertia * rate ** 2,
             "stop_stiffness": 100 * inertia * rate ** 2, "friction": 0.01 * force, "breakaway": 0.01 * force,

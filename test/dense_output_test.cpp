@@ -1,6 +1,6 @@
 /// The states within a step, from its ends, against a motion that is known exactly.
 
-#include "ode/course.h"
+#include "ode/dense_output.h"
 
 #include <gtest/gtest.h>
 
@@ -34,43 +34,43 @@ struct Step {
     for (State* state : {&from, &to}) state->carry.setZero();
     from.t = start;
     to.t = start + h;
-    course.take(from, to);
+    dense.take(from, to);
   }
   Oscillator f;
   State from, to;
-  Course course{f};
+  DenseOutput dense{f};
 };
 
 double worst(const Eigen::VectorXd& y, double t) {
   return (y - exact(t)).head(2).cwiseAbs().maxCoeff();
 }
 
-TEST(Course, MeetsTheMotionFarBelowItsBound) {
+TEST(DenseOutput, MeetsTheMotionFarBelowItsBound) {
   for (const double h : {0.4, 0.2}) {
     for (const double s : {0.1, 0.3, 0.45, 0.7, 0.9}) {
       const double t = start + s * h;
       Step step(h);
-      const Eigen::VectorXd y = step.course.at(t);
-      const Vector bound = step.course.errorAt(t).cwiseAbs();
+      const Eigen::VectorXd y = step.dense.at(t);
+      const Vector bound = step.dense.errorAt(t).cwiseAbs();
       EXPECT_LT(bound.maxCoeff(), 1e-3 * std::pow(h, 5)) << h << " " << s;
       for (int k = 0; k < 2; ++k) EXPECT_LT(std::abs(y[k] - exact(t)[k]), 0.3 * bound[k]) << h << " " << s;
     }
   }
 }
 
-TEST(Course, IsExactAtTheEnds) {
+TEST(DenseOutput, IsExactAtTheEnds) {
   Step step(0.4);
-  EXPECT_LT(worst(step.course.at(step.from.t), step.from.t), 1e-15);
-  EXPECT_EQ(step.course.at(step.to.t), step.to.y.matrix());
+  EXPECT_LT(worst(step.dense.at(step.from.t), step.from.t), 1e-15);
+  EXPECT_EQ(step.dense.at(step.to.t), step.to.y.matrix());
 }
 
-TEST(Course, TakesNoRoundingOfAnAngleForARate) {
+TEST(DenseOutput, TakesNoRoundingOfAnAngleForARate) {
   for (const double h : {1e-6, 1e-8, 1e-10}) {
     Step step(h);
     step.to.y[0] += 4e-16;
-    step.course.take(step.from, step.to);
+    step.dense.take(step.from, step.to);
     const double t = start + h / 2;
-    EXPECT_NEAR(step.course.at(t)[1], std::cos(t), 1e-15) << h;
+    EXPECT_NEAR(step.dense.at(t)[1], std::cos(t), 1e-15) << h;
   }
 }
 
@@ -80,32 +80,32 @@ class Projected : public Oscillator {
   int freedoms() const override { return 2; }
 };
 
-TEST(Course, TakesNoProjectionOfAnAngleForARate) {
+TEST(DenseOutput, TakesNoProjectionOfAnAngleForARate) {
   for (const double h : {1e-6, 1e-8, 1e-10, 1e-13}) {
     Projected f;
-    Course course(f);
+    DenseOutput dense(f);
     Step step(h);
     step.to.y[0] += 1e-13;
-    course.take(step.from, step.to);
+    dense.take(step.from, step.to);
     const double t = start + h / 2;
-    EXPECT_NEAR(course.at(t)[1], std::cos(t), 1e-15) << h;
+    EXPECT_NEAR(dense.at(t)[1], std::cos(t), 1e-15) << h;
   }
 }
 
-TEST(Course, KnowsTheAccelerations) {
+TEST(DenseOutput, KnowsTheAccelerations) {
   for (const double s : {0.0, 0.3, 0.5, 1.0}) {
     Step step(0.2);
     const double t = start + s * 0.2;
-    EXPECT_NEAR(step.course.accelerationsAt(t)[0], -std::sin(t), 1e-6) << s;
+    EXPECT_NEAR(step.dense.accelerationsAt(t)[0], -std::sin(t), 1e-6) << s;
   }
 }
 
-TEST(Course, LandsWithTheWorksFromEitherEnd) {
+TEST(DenseOutput, LandsWithTheWorksFromEitherEnd) {
   for (const double s : {0.2, 0.8}) {
     Step step(0.4);
     const double t = start + s * 0.4;
     State landed = step.to;
-    step.course.land(t, landed);
+    step.dense.land(t, landed);
     EXPECT_EQ(landed.t, t);
     EXPECT_LT(worst(landed.restoredBy(step.f), t), 1e-7);
     EXPECT_LT(std::abs(landed.y[2] - exact(t)[2]), 1e-8) << s;

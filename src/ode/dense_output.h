@@ -19,10 +19,10 @@ namespace planar_chain::ode {
 class Integrator;
 
 /// Only the constructor allocates. f is evaluated when a result first needs it.
-class Course {
+class DenseOutput {
  public:
   /// f must outlive this object.
-  explicit Course(SeriesSystem& f);
+  explicit DenseOutput(SeriesSystem& f);
   /// True if f has places. Otherwise nothing else may be called.
   bool isPossible() const { return n_ > 0; }
 
@@ -33,6 +33,8 @@ class Course {
   void take(const State& from, const State& to, Integrator* polynomial = nullptr);
   /// Call it when f has jumped.
   void forget();
+  /// What is known where the next step starts.
+  void saveOrRestore(Snapshot& snapshot);
 
   /// True if errorAt() and land() cost little: f is known at both ends, or not needed.
   bool isKnown() const { return polynomial_ || (start_.isKnown && end_.isKnown); }

@@ -1,4 +1,4 @@
-#include "ode/course.h"
+#include "ode/dense_output.h"
 
 #include <cmath>
 
@@ -7,7 +7,7 @@
 
 namespace planar_chain::ode {
 
-Course::Course(SeriesSystem& f)
+DenseOutput::DenseOutput(SeriesSystem& f)
     : f_(f),
       n_(f.places()),
       turn_(n_),
@@ -29,12 +29,12 @@ Course::Course(SeriesSystem& f)
   }
 }
 
-void Course::begin(const State& from) {
+void DenseOutput::begin(const State& from) {
   startAt(from);
   if (!start_.isKnown) evaluate(start_);
 }
 
-void Course::startAt(const State& from) {
+void DenseOutput::startAt(const State& from) {
   const auto isAt = [&](const End& end) {
     return end.isKnown && end.state.t == from.t && end.state.y == from.y;
   };
@@ -45,13 +45,20 @@ void Course::startAt(const State& from) {
   start_.isKnown = false;
 }
 
-void Course::forget() {
+void DenseOutput::forget() {
   start_.isKnown = end_.isKnown = false;
   polynomial_ = nullptr;
   forgetStates();
 }
 
-void Course::take(const State& from, const State& to, Integrator* polynomial) {
+void DenseOutput::saveOrRestore(Snapshot& snapshot) {
+  for (End* end : {&start_, &end_}) {
+    snapshot(end->isKnown);
+    if (end->isKnown) snapshot(end->state, end->slope);
+  }
+}
+
+void DenseOutput::take(const State& from, const State& to, Integrator* polynomial) {
   polynomial_ = polynomial;
   startAt(from);
   end_.state = to;
@@ -61,20 +68,20 @@ void Course::take(const State& from, const State& to, Integrator* polynomial) {
   forgetStates();
 }
 
-void Course::forgetStates() {
+void DenseOutput::forgetStates() {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   time_ = timeRestored_ = none;
   for (Accelerations& known : accelerations_) known.t = none;
   isBendInOrder_ = false;
 }
 
-void Course::evaluate(End& end) const {
+void DenseOutput::evaluate(End& end) const {
   f_.slope(end.state.t, end.state.y.data(), end.slope.data());
   end.isKnown = true;
 }
 
 /// The end first: f was evaluated there last.
-void Course::findRates() const {
+void DenseOutput::findRates() const {
   if (!end_.isKnown) evaluate(end_);
   if (!start_.isKnown) evaluate(start_);
   if (isTurnKnown_) return;
@@ -93,7 +100,7 @@ void Course::findRates() const {
   turn_ = (change.abs() <= rounding * (1 + size.maxCoeff())).select(byRates, turn_.array());
 }
 
-void Course::findBend() const {
+void DenseOutput::findBend() const {
   if (isBent_) return;
   f_.slope(middle(), arrangedAt(middle()).data(), rates_.data());
   const auto v0 = start_.state.y.segment(n_, n_), v1 = end_.state.y.segment(n_, n_);
@@ -102,13 +109,13 @@ void Course::findBend() const {
   isBent_ = true;
 }
 
-const Eigen::VectorXd& Course::at(double t) const {
+const Eigen::VectorXd& DenseOutput::at(double t) const {
   if (t != timeRestored_) f_.restore(arrangedAt(t).data(), restored_.data());
   timeRestored_ = t;
   return restored_;
 }
 
-const Vector& Course::arrangedAt(double t) const {
+const Vector& DenseOutput::arrangedAt(double t) const {
   const State &from = start_.state, &to = end_.state;
   if (t == time_) return at_;
   if (t == to.t) {
@@ -151,7 +158,7 @@ const Vector& Course::arrangedAt(double t) const {
   return at_;
 }
 
-const Eigen::VectorXd& Course::accelerationsAt(double t) const {
+const Eigen::VectorXd& DenseOutput::accelerationsAt(double t) const {
   for (const Accelerations& known : accelerations_) {
     if (known.t == t) return known.values;
   }
@@ -182,7 +189,7 @@ const Eigen::VectorXd& Course::accelerationsAt(double t) const {
   return found.values;
 }
 
-const Eigen::VectorXd& Course::bend() const {
+const Eigen::VectorXd& DenseOutput::bend() const {
   if (isBendInOrder_) return bendInOrder_;
   findRates();
   findBend();
@@ -192,7 +199,7 @@ const Eigen::VectorXd& Course::bend() const {
   return bendInOrder_;
 }
 
-const Vector& Course::errorAt(double t) const {
+const Vector& DenseOutput::errorAt(double t) const {
   if (polynomial_) {
     error_.setZero();
     return error_;
@@ -205,7 +212,7 @@ const Vector& Course::errorAt(double t) const {
   return error_;
 }
 
-void Course::land(double t, State& state) const {
+void DenseOutput::land(double t, State& state) const {
   if (t == end_.state.t) {
     state = end_.state;
     return;
