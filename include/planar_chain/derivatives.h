@@ -18,9 +18,10 @@
 #include <vector>
 
 #include "planar_chain/scene.h"
-#include "planar_chain/value.h"
 
 namespace planar_chain {
+
+class Value;
 
 /// Derivatives of x = (q, q̇): 2n rows, rad (m) and then rad/s (m/s).
 struct Derivatives {

@@ -6,6 +6,12 @@
 
 namespace planar_chain::python {
 
+/// The motion and its derivatives, as simulate() returns them.
+struct Run {
+  Numbers states;
+  py::dict derivatives;
+};
+
 namespace {
 
 /// Lets a simulation follow its derivatives as long as this lives.
@@ -24,12 +30,6 @@ class Following {
 
 constexpr const char* byState = "state";
 constexpr const char* byTorques = "torques";
-
-/// The motion and its derivatives, as simulate() returns them.
-struct Run {
-  Numbers states;
-  py::dict derivatives;
-};
 
 }  // namespace
 
