@@ -84,7 +84,7 @@ class Calls(unittest.TestCase):
         of_force = "link, force, point=None, duration=None, moment=0.0, start=-?[0-9.einf]+"
         for call, words in (
                 (lambda: planar_chain.simulate(scene, [1], x=1), "planar_chain.simulate: expected the arguments scene, times, "
-                                                                 "most_steps=None, got unexpected argument 'x'"),
+                                                                 "most_steps=None, derivatives=None, got unexpected argument 'x'"),
                 (lambda: planar_chain.simulate(scene, [1], method="rk4"),
                  r"planar_chain.simulate: .*, got unexpected argument 'method' \(give it to the scene: " +
                  re.escape('Scene({**scene.to_dict(), "integrator": {\'method\': \'rk4\'}}))')),
@@ -202,7 +202,7 @@ class Empty(unittest.TestCase):
     def test_what_was_not_initialized_is_refused(self):
         core = sys.modules["planar_chain._core"]
         classes = [thing for thing in vars(core).values() if isinstance(thing, type) and not issubclass(thing, Exception)]
-        self.assertEqual(len(classes), 10)
+        self.assertEqual(len(classes), 11)
         for each in classes:
             empty = each.__new__(each)
             properties = [name for name, member in vars(each).items() if isinstance(member, property)]

@@ -20,7 +20,7 @@ except ImportError:
 
 from in_folder import InFolder
 from planar_chain import (NotReached, Refused, Scene, Simulation, inverse_dynamics, inverse_kinematics,
-                          linearize)
+                          linearize, simulate)
 
 BIN = ""
 ROD = {"mass": 1, "inertia": 1 / 12, "com": [0.5, 0], "pin": [1, 0]}
@@ -70,6 +70,21 @@ def linearize_without_words(scene, pose):
 
 
 class States(unittest.TestCase):
+    def test_motions_have_derivatives(self):
+        scene, times, mass = Scene(RODS), [0.2, 0.5], "links/lower/mass"
+        motion = simulate(scene, times, derivatives=["state", mass, "torques"])
+        self.assertEqual(motion.states.tolist(), simulate(scene, times).tolist())
+        self.assertEqual(motion.derivatives["torques"].shape, (2, 4, 2))
+        simulation = Simulation(scene)
+        Phi, Gamma = simulation.transition(0.5)
+        self.assertEqual(simulation.state.tolist(), simulate(scene, [0.5])[0].tolist())
+        np.testing.assert_allclose(motion.derivatives["state"][1], Phi, rtol=0, atol=1e-7)
+        np.testing.assert_allclose(motion.derivatives["torques"][1], Gamma, rtol=0, atol=1e-7)
+        more, less = (simulate(scene.with_values({mass: 1 + by}), times) for by in (1e-3, -1e-3))
+        np.testing.assert_allclose(motion.derivatives[mass][:, :, 0], (more - less) / 2e-3, rtol=0, atol=1e-4)  # differences' error
+        with self.assertRaisesRegex(Refused, "links/lower/weight"):
+            simulate(scene, times, derivatives=["links/lower/weight"])
+
     def test_a_restored_simulation_goes_on_bit_for_bit(self):
         simulation = Simulation(Scene(MACHINE))
         for k in range(5):

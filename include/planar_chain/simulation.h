@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_chain/derivatives.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/kinematics.h"
 #include "planar_chain/linear_model.h"
@@ -87,6 +88,23 @@ class Simulation {
   /// no fault, when keepGoing() does.
   /// @throws std::invalid_argument for a t before time() or not finite
   bool advanceTo(double t, const std::function<bool()>& keepGoing = nullptr);
+
+  /// Advances to t as advanceTo(), and returns how the state there changes with the present one and with
+  /// torques that are held meanwhile (derivatives.h): through motors as commanded torques. In a closed chain
+  /// a change of the state counts as far as the tip allows it. Columns of driven joints are 0. The error is
+  /// that of the tolerance. Allocates.
+  /// @throws std::domain_error, after the way to t, if the motion has no derivatives, with the reason; or if
+  /// it fails on the way
+  Derivatives transition(double t);
+  /// Follows the derivatives from here on, until stopDerivatives() or until the state is set, with those by
+  /// numbers of the scene (variedNumber()) as well. At the first state of a simulation they include what the
+  /// numbers do to this state. Allocates, also in advanceTo().
+  /// @throws std::invalid_argument for numbers in a simulation that accepts commands
+  void followDerivatives(const std::vector<VariedNumber>& numbers = {});
+  /// @throws std::domain_error if the motion has none, with the reason; std::logic_error if they are not
+  /// followed
+  Derivatives derivatives() const;
+  void stopDerivatives();
 
   double time() const;                    ///< s
   const std::vector<double>& q() const;   ///< relative angles, rad, not wrapped

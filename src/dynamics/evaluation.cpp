@@ -20,7 +20,7 @@ Evaluation::Evaluation(const Mechanism& mechanism, const Effects& effects)
   if (moves) slopesOnBase.resize(n);
 }
 
-Evaluator::Evaluator(const Mechanism& mechanism, Effects& effects)
+Evaluator::Evaluator(const Mechanism& mechanism, const Effects& effects)
     : mechanism_(mechanism),
       effects_(effects),
       n_(mechanism.size()),

@@ -78,7 +78,7 @@ struct Evaluation {
 class Evaluator {
  public:
   /// The mechanism and the effects must outlive this object.
-  Evaluator(const Mechanism& mechanism, Effects& effects);
+  Evaluator(const Mechanism& mechanism, const Effects& effects);
 
   /// Writes all results at the state y = [ψ ψ̇] at time t.
   void evaluate(double t, const double* y, Evaluation& to);
@@ -101,7 +101,7 @@ class Evaluator {
   }
 
   const Mechanism& mechanism_;
-  Effects& effects_;
+  const Effects& effects_;
   int n_;
   GeneralChain recursion_;
   bool hasCouplings_ = false;

@@ -22,7 +22,8 @@ ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
   return solver;
 }
 
-ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isBare)
+ExactSolve::ExactSolve(const Mechanism& mechanism, const Effects& effects, EffectTangents& tangents,
+                       bool isBare)
     : mechanism_(mechanism),
       effects_(effects),
       tangents_(tangents),

@@ -32,7 +32,7 @@ class ExactSolve {
  public:
   /// isBare: false if linearize() takes evaluations. The others must outlive this object. Allocates; of the
   /// rest only reserve() does.
-  ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isBare);
+  ExactSolve(const Mechanism& mechanism, const Effects& effects, EffectTangents& tangents, bool isBare);
 
   ExactSolve(const ExactSolve&) = delete;  // its solvers have pointers into it
   ExactSolve& operator=(const ExactSolve&) = delete;
@@ -124,7 +124,7 @@ class ExactSolve {
   double firstTorqueRate();
 
   const Mechanism& mechanism_;
-  Effects& effects_;
+  const Effects& effects_;
   EffectTangents& tangents_;
   int n_, places_;
   bool hasPower_, isNonlinear_, hasForces_, keepsState_;

@@ -50,6 +50,10 @@ class CommandEffect : public TimedTerms {
   virtual void finish(double /*t*/) {}
   /// True if a command for this joint acts from its start on; `none`: for a link.
   bool isPrompt(int joint) const { return delayOf(joint) == 0; }
+  /// The dead time of commands for this joint, s; `none`: of those for a link.
+  double delayOf(int joint) const { return joint == Load::none ? 0 : delays_[index(joint)]; }
+  /// The torque in a joint per torque that is commanded in it and has acted for so many s.
+  double shareOf(int joint, double acting) const { return isCutOff(joint) ? 0 : passedOn(joint, acting); }
   void remember() override { remembered_ = cut_; }
   void recall() override { cut_ = remembered_; }
   void saveOrRestore(Snapshot& snapshot) override {
@@ -67,7 +71,8 @@ class CommandEffect : public TimedTerms {
  private:
   /// True if its torques are left to a motor.
   virtual bool hasMotor(int /*joint*/) const { return false; }
-  double delayOf(int joint) const { return joint == Load::none ? 0 : delays_[index(joint)]; }
+  /// The same but for the limit.
+  virtual double passedOn(int /*joint*/, double /*acting*/) const { return 1; }
   bool hasRoom(double now) const;
   /// The command as it acts: after its dead time.
   Command delayed(Command command, double now) const;

@@ -85,6 +85,10 @@ class Drags : public Effect, public Events, private ode::EventFunctions {
   void enterState(double /*t*/, const double* y) override {
     for (Drag& drag : drags_) drag.sign = drag.q(y + n_) < 0 ? -1 : 1;
   }
+  void takeFrom(const Events& other) override {
+    const std::vector<Drag>& theirs = static_cast<const Drags&>(other).drags_;
+    for (std::size_t k = 0; k < drags_.size(); ++k) drags_[k].sign = theirs[k].sign;
+  }
   void fire(double /*t*/, double* y, const ode::LocatedEvent& /*located*/) override {
     for (Drag& drag : drags_) {
       if (valueOf(drag, y) > 0) drag.sign = -drag.sign;

@@ -119,6 +119,8 @@ class Events {
   virtual void addEvents(ode::EventList& to) const = 0;
   /// Chooses what acts at the state y = [θ ω …] at t, whatever acted before.
   virtual void enterState(double t, const double* y) = 0;
+  /// Chooses what acts as the same effect in a scene with other numbers did.
+  virtual void takeFrom(const Events& /*other*/) {}
   /// Fires every event that has happened at t and y. Also called when none of this effect has, and after
   /// enter(). located: the event that ends the step, of any effect. May hold joints.
   virtual void fire(double t, double* y, const ode::LocatedEvent& located) = 0;

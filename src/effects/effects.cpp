@@ -87,6 +87,13 @@ void Effects::fire(double t, double* y, const ode::LocatedEvent& located) {
   }
 }
 
+bool Effects::takeFrom(const Effects& other) {
+  if (withEvents_.size() != other.withEvents_.size()) return false;
+  for (std::size_t k = 0; k < withEvents_.size(); ++k) withEvents_[k]->takeFrom(*other.withEvents_[k]);
+  listActive();
+  return true;
+}
+
 void Effects::remember() {
   for (const auto& effect : all_) effect->remember();
 }

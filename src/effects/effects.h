@@ -37,6 +37,8 @@ class Effects {
   /// See Effect. These allocate nothing.
   void enter(double t);
   void enterState(double t, const double* y);
+  /// Chooses what acts as in a scene with other numbers. Returns false if that has other effects.
+  bool takeFrom(const Effects& other);
   void fire(double t, double* y, const ode::LocatedEvent& located = {});
   void remember();
   void recall();

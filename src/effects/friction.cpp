@@ -87,6 +87,10 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
     take();
     decide(t, y);
   }
+  void takeFrom(const Events& other) override {
+    joints_.takeFrom(static_cast<const Friction&>(other).joints_);
+    take();
+  }
   void fire(double t, double* y, const ode::LocatedEvent& located) override {
     const int arrived = located.by == &sliding_ ? located.which : -1;
     atRest_.clear();

@@ -82,6 +82,7 @@ class GroundSprings : public PointForces, public Events, private ode::EventFunct
     find(t, y);
     for (const std::size_t i : slack_) states_[i] = stateOn(springs_[i], lineOf(i));
   }
+  void takeFrom(const Events& other) override { states_ = static_cast<const GroundSprings&>(other).states_; }
   void fire(double t, double* y, const ode::LocatedEvent& /*located*/) override {
     find(t, y);
     for (const std::size_t i : slack_) {

@@ -74,6 +74,10 @@ class Motor {
   /// −∂τ/∂q̇ in the present place.
   double damping() const { return place_ == Place::line ? slope_ : 0; }
   bool isFree() const { return place_ == Place::free; }
+  /// ∂τ/∂u in the present place, so many s after u changed.
+  double share(double acting) const {
+    return !isFree() ? 0 : lag_ == 0 ? 1 : 1 - simd::exp(-std::min(acting / lag_, lagsToTheEnd));
+  }
 
   /// Chooses the place. At its edge, the line acts.
   void choose(double t, const double* omega) {
@@ -303,6 +307,11 @@ class MotorCommands final : public CommandEffect, public Events, private ode::Ev
       }
       act_ = act_ || isLagging || motor.lagged(t) != 0;
     }
+  }
+  double passedOn(int joint, double acting) const override {
+    const auto is = [joint](const Motor& motor) { return motor.q.joint == joint; };
+    const auto motor = std::find_if(motors_.begin(), motors_.end(), is);
+    return motor == motors_.end() ? 1 : motor->share(acting);
   }
   bool hasMotor(int joint) const override { return joint != Load::none && has_[index(joint)]; }
 

@@ -117,6 +117,13 @@ class StickSlip {
   void stay(int joint, const double* y);
   /// Of a joint at rest: 0, it sticks; else it starts.
   void start(int joint, double direction);
+  /// All joints stick, slide and are loose as those of another chain of this kind.
+  void takeFrom(const StickSlip& other) {
+    direction_ = other.direction_;
+    isLoose_ = other.isLoose_;
+    push_ = other.push_;
+    angle_ = other.angle_;
+  }
   /// A joint starts with this |q̈|, of which rounding may give `rounded`, rad/s².
   void startWith(int joint, double start, double rounded);
   /// Of a stuck joint. push: the direction against which it bears its friction; 0: none.

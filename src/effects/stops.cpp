@@ -105,6 +105,11 @@ class Stops : public Effect, public Events, private ode::EventFunctions {
     for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
     listActive();
   }
+  void takeFrom(const Events& other) override {
+    const std::vector<Stop>& theirs = static_cast<const Stops&>(other).stops_;
+    for (std::size_t k = 0; k < stops_.size(); ++k) stops_[k].place = theirs[k].place;
+    listActive();
+  }
   void fire(double /*t*/, double* y, const ode::LocatedEvent& /*located*/) override {
     for (Stop& stop : stops_) {
       if (stop.isDue(y, y + n_)) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));

@@ -120,6 +120,7 @@ class Uninterrupted {
   std::chrono::steady_clock::time_point due_ = std::chrono::steady_clock::now() + period;
 };
 
+struct Run;      // the results of simulate() with derivatives
 struct Runs;     // the results of simulate_many()
 class Running;   // a Simulation
 struct Reading;  // a measurement
@@ -127,8 +128,8 @@ struct Reading;  // a measurement
 template <class T, class... Others>
 constexpr bool isOneOf = std::disjunction_v<std::is_same<T, Others>...>;
 template <class T>
-constexpr bool isBound = isOneOf<T, TreeAndScene, Running, Runs, Fault, Energy, EnergyBalance, Statistics,
-                                 Reading, SavedState, FrameMotion>;
+constexpr bool isBound = isOneOf<T, TreeAndScene, Running, Run, Runs, Fault, Energy, EnergyBalance,
+                                 Statistics, Reading, SavedState, FrameMotion>;
 
 /// Arguments of a bound class. An object that __new__ alone made is refused: it holds nothing.
 template <class T>

@@ -127,6 +127,11 @@ class Running {
 };
 
 void bindCommands(py::class_<Running>& simulation);
+/// Simulation.transition(), and what simulate() returns with derivatives.
+void bindDerivatives(py::module& module, py::class_<Running>& simulation);
+/// simulate() with a list of derivatives.
+py::object differentiated(const TreeAndScene& scene, const std::vector<double>& instants,
+                          const py::object& names, const py::object& mostSteps);
 /// Motions of frames.
 void bindMotion(py::class_<Running>& simulation);
 /// Laws that driven joints and the base follow.

@@ -305,13 +305,16 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
   bindModels(simulation);
   bindMotion(simulation);
   bindCommands(simulation);
+  bindDerivatives(module, simulation);
   bindLaws(simulation);
 
   module.def(
       "simulate",
-      [](const TreeAndScene& scene, const py::object& times, const py::object& mostSteps) {
+      [](const TreeAndScene& scene, const py::object& times, const py::object& mostSteps,
+         const py::object& derivatives) -> py::object {
         const std::vector<double> instants = timesOf(times);
         requireTimes(instants);
+        if (!derivatives.is_none()) return differentiated(scene, instants, derivatives, mostSteps);
         Running running(scene, 0);
         const StepBudget budget = running.budget(instants.empty() ? 0 : instants.back(), stepsOf(mostSteps));
         Numbers states(
@@ -320,10 +323,15 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
           running.advanceTo(instants[k], budget);
           running.writeState(states.mutable_data(static_cast<py::ssize_t>(k), 0));
         }
-        return states;
+        return std::move(states);
       },
       py::arg("scene"), py::arg("times"), py::arg("most_steps") = py::none(),
+      py::arg("derivatives") = py::none(),
       R"(Returns the states at the times (s, from 0, never falling): times × 2n, q (rad) and then q̇ (rad/s).
+
+With derivatives, a list of "state", "torques" and paths of numbers of the scene, it returns a Run: states, and the dict
+derivatives, whose arrays are times × 2n × columns: by the first state, by torques that are held in the joints, by each
+number. Raises ValueError if the motion has none.
 
 Raises Failed when the integration fails, or after most_steps steps, as Simulation.advance_to().)");
 }

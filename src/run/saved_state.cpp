@@ -79,6 +79,7 @@ void write(Snapshot& to, Scene scene) {
 void Simulation::Parts::saveOrRestore(Snapshot& snapshot) {
   if (snapshot.isReading()) {
     isTried = false;
+    derivatives.reset();
     useTolerance();
   }
   snapshot(dynamics, guard, turns, velocities);

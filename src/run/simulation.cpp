@@ -2,11 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <utility>
 
 #include "run/simulation_parts.h"
 #include "simd/cpu.h"
 
 namespace planar_chain {
+
+namespace {
+
+void requireNotBefore(double t, double now) {
+  if (std::isfinite(t) && t >= now) return;
+  throw Refused({{"t", "a finite number >= " + toText(now) + " s, the present time", toText(t)}});
+}
+
+Derivatives derivativesOf(const MotionDerivatives& followed) {
+  if (!followed.fault().empty()) throw std::domain_error(followed.fault());
+  return followed.derivatives();
+}
+
+}  // namespace
 
 Simulation::Simulation(const Scene& scene, int commandCapacity, bool measures)
     : scene_(scene),
@@ -23,9 +40,7 @@ Simulation::~Simulation() = default;
 
 bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
   Parts& p = *parts_;
-  if (!(std::isfinite(t) && t >= p.state.t)) {
-    throw Refused({{"t", "a finite number >= " + toText(p.state.t) + " s, the present time", toText(t)}});
-  }
+  requireNotBefore(t, p.state.t);
   if (!p.fault.empty()) return false;
   p.begin();
   if (p.sampler && p.state.t < t) p.sampler->measureAt(p.state);  // at time 0, once something moves
@@ -38,6 +53,33 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
   p.readRelative();
   p.velocities.update(p.qd);
   return p.fault.empty() && p.state.t >= t;
+}
+
+Derivatives Simulation::transition(double t) {
+  requireNotBefore(t, time());
+  followDerivatives();
+  const bool arrives = advanceTo(t);
+  const std::unique_ptr<MotionDerivatives> followed = std::move(parts_->derivatives);
+  if (!arrives) throw std::domain_error(parts_->fault);
+  return derivativesOf(*followed);
+}
+
+void Simulation::followDerivatives(const std::vector<VariedNumber>& numbers) {
+  require(numbers.empty() || !parts_->commands,
+          "derivatives by numbers of the scene need a simulation without commands");
+  Parts& p = *parts_;
+  p.begin();
+  p.derivatives = std::make_unique<MotionDerivatives>(scene_, p.dynamics.effects(), p.commands, numbers,
+                                                      p.state.t == 0 && timesSet_ == 1, p.state.t, p.y);
+}
+
+Derivatives Simulation::derivatives() const {
+  if (!parts_->derivatives) throw std::logic_error("no derivatives are followed");
+  return derivativesOf(*parts_->derivatives);
+}
+
+void Simulation::stopDerivatives() {
+  parts_->derivatives.reset();
 }
 
 double Simulation::time() const {

@@ -18,6 +18,7 @@
 #include "planar_chain/simulation.h"
 #include "run/energy_guard.h"
 #include "run/ladder.h"
+#include "run/motion_derivatives.h"
 #include "run/requirements.h"
 #include "run/sampler.h"
 #include "run/turns.h"
@@ -52,7 +53,9 @@ struct Simulation::Parts {
   bool isTried = false;        // for a query, the dynamics have taken what acts otherwise since `untried`
   Eigen::VectorXd untried{commands ? y.size() : 0};
   std::string fault;
-  std::unique_ptr<Sampler> sampler;  // nullptr: nothing is measured
+  std::unique_ptr<Sampler> sampler;                // nullptr: nothing is measured
+  std::unique_ptr<MotionDerivatives> derivatives;  // nullptr: they are not followed
+  Eigen::VectorXd pieceFrom;                       // for these: y where the present piece began
 
   Parts(const Scene& given, int commandCapacity, bool measures)
       : scene(given), dynamics(scene, keep(makeCommands(scene.chain, commandCapacity))) {
@@ -109,6 +112,7 @@ struct Simulation::Parts {
     dynamics.arrange(y.data(), state.y.data());
     state.carry.setZero();
     fault.clear();
+    derivatives.reset();
 
     guard.begin(state, y.data());
     unchecked = 0;
@@ -136,6 +140,7 @@ struct Simulation::Parts {
   void actAnew() {
     if (dynamics.enter(state.t, y.data())) takeChain();
     integrator().restart();
+    if (derivatives) derivatives->enter();
     actsOtherwise = false;
   }
 
@@ -189,6 +194,8 @@ struct Simulation::Parts {
     const double end = std::min(t, dynamics.effects().until());
     const long long before = integrator().count().accepted;
     const double longest = dynamics.effects().longestStep();
+    const double begin = state.t;
+    if (derivatives) pieceFrom = y;
     const ode::Outcome outcome = sampler ? sampler->integrate(integrator(), state, end, longest)
                                          : integrator().integrate(state, end, longest, EnergyCheck::period);
     restore();
@@ -199,15 +206,19 @@ struct Simulation::Parts {
     const bool isDue = !hasSwitched || unchecked >= EnergyCheck::period || state.t >= end;
     if (ode::hasFailed(outcome) || (isDue && !guard.accept(state, y.data(), unchecked)))
       return goBack(outcome);
+    if (derivatives) derivatives->follow(begin, pieceFrom, state.t);
     if (isDue) {
+      if (derivatives) derivatives->keep();
       unchecked = 0;
       switchedSince = false;
       if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
     }
 
     if (hasSwitched) {
+      if (derivatives) derivatives->meet(state.t, y, integrator().event());
       dynamics.fire(state.t, y.data(), integrator().event());
       takeChain();
+      if (derivatives) derivatives->pass(state.t, y);
       integrator().passEvent();
       switchedSince = true;
     }
@@ -231,6 +242,7 @@ struct Simulation::Parts {
     restore();
     unchecked = 0;
     if (sampler) sampler->bank().dropAfter(state.t);
+    if (derivatives) derivatives->goBack();
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
     if (rung + 1 == rungs) {
       return describeFailure(fault, scene, state.t, y.data(), outcome, guard.gap(), dynamics, coordinates);

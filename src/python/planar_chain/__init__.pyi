@@ -1,5 +1,5 @@
 from ._core import (Energy as Energy, EnergyBalance as EnergyBalance, Failed as Failed, Fault as Fault, FrameMotion as FrameMotion,
-                    Measurement as Measurement, NotReached as NotReached, Refused as Refused, Runs as Runs, SavedState as SavedState, Scene as Scene, Simulation as Simulation,
+                    Measurement as Measurement, NotReached as NotReached, Refused as Refused, Run as Run, Runs as Runs, SavedState as SavedState, Scene as Scene, Simulation as Simulation,
                     Statistics as Statistics, equations as equations, equilibrium as equilibrium, inverse_dynamics as inverse_dynamics,
                     inverse_kinematics as inverse_kinematics,
                     linearize as linearize, simulate as simulate, simulate_many as simulate_many)

@@ -1,0 +1,125 @@
+#pragma once
+
+/// The motion of a chain together with columns c of its derivative, as one initial value problem:
+///
+///     y = [θ ω | c_1 | c_2 …]        ċ = J c + f_u u(t) + f_p        (dynamics.h has θ and ω)
+///
+/// J c is one sweep with dual numbers (motion_change.h), f_u a torque in a joint, f_p a difference of f
+/// between scenes that are near in a number. Implicit methods take the block J of the motion for each column:
+/// what couples the columns to the motion is left to their iterations.
+///
+/// Columns are stored divided by a scale of their own, so that each counts as much as the motion in the error
+/// control.
+
+#include <complex>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "dynamics/exact_solve.h"
+#include "dynamics/general_motion.h"
+#include "dynamics/motion_change.h"
+#include "ode/system.h"
+#include "planar_chain/derivatives.h"
+
+namespace planar_chain {
+
+/// An event function among those of the effects of a scene.
+struct EventPlace {
+  /// The one that was located, or else the one that is most above 0.
+  EventPlace(const Effects& effects, const ode::LocatedEvent& located, double t, const double* y);
+  double valueIn(const Effects& effects, double t, const double* y) const;
+
+  std::size_t list = 0;
+  int which = 0;
+};
+
+/// The scenes near one in a number, at the same states.
+class NearScenes {
+ public:
+  /// Allocates.
+  explicit NearScenes(const VariedNumber& number);
+  /// Takes what acts from t on, with the switches of `effects`. Returns false if more than numbers differ:
+  /// other effects, or another time of the next jump.
+  bool enter(double t, const Effects& effects);
+  /// ∂f/∂p: of the rates, n values.
+  void slopes(double t, const double* y, double* to);
+  /// ∂g/∂p of an event.
+  double eventSlope(const EventPlace& event, double t, const double* y) const;
+  /// ∂(θ, ω)/∂p at the start, 2n values.
+  Eigen::VectorXd start() const;
+
+ private:
+  struct One {
+    explicit One(const Scene& near, double weight_);
+    Scene scene;
+    double weight;
+    Effects effects;
+    Mechanism mechanism;
+    GeneralMotion motion;
+    Evaluation at;
+  };
+  std::vector<std::unique_ptr<One>> all_;
+};
+
+class VariedMotion final : public ode::LinearizedSystem {
+ public:
+  /// What moves a column besides J c: a torque in a joint, a number, or nothing.
+  struct Column {
+    int joint = -1;
+    NearScenes* number = nullptr;
+    double scale = 1;
+  };
+
+  /// The effects of the dynamics must outlive this object. share(joint, t): the torque in a joint per torque
+  /// that is held in it. Allocates.
+  VariedMotion(const Scene& scene, const Effects& effects, std::vector<Column> columns,
+               std::function<double(int, double)> share);
+
+  int states() const { return 2 * n_; }
+  std::vector<Column>& columns() { return columns_; }
+  const Mechanism& mechanism() const { return mechanism_; }
+  /// Call it when what acts has changed.
+  void enter();
+  /// What acts at a state of the motion, and f. Valid until the next call.
+  const Evaluation& at(double t, const double* y);
+  const Couplings& couplings(double t);
+  /// How the rates change by J c, n values, if the held joints speed up by `held` besides; or nullptr.
+  void change(const double* c, const double* held, double* to);
+  /// The torque in a joint per torque that is held in it.
+  double shareOf(int joint, double t) const { return share_(joint, t); }
+  /// The change of the moment in a joint in the last change() or findSource().
+  double moment(int joint) const { return change_.moments[index(joint)]; }
+  /// f_u + f_p of a column at the state of the last at(), n values, not scaled.
+  void findSource(const Column& column, double* to);
+
+  int size() const override { return 2 * n_ * (1 + static_cast<int>(columns_.size())); }
+  void derivative(double t, const double* y, double* dydt) override;
+  void reserve(int complexCount) override { solve_.reserve(complexCount); }
+  void linearize(double t, const double* y, double* dydt) override;
+  bool timeDerivative(double*) override { return false; }
+  ode::LinearCosts linearCosts() const override { return solve_.costs(); }
+  void factor(double s) override { solve_.factor(s); }
+  void solve(const double* rhs, double* x) override;
+  void factorComplex(int k, std::complex<double> s) override { solve_.factorComplex(k, s); }
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
+
+ private:
+  void findChange(const double* c, const double* held);
+
+  const Effects& effects_;
+  const Mechanism mechanism_;
+  const int n_;
+  std::vector<Column> columns_;
+  std::function<double(int, double)> share_;
+  Evaluator evaluator_;
+  Evaluation at_;
+  Couplings couplings_;
+  EffectTangents tangents_, solved_;
+  MotionChange change_;
+  ExactSolve solve_;
+  std::vector<double> part_;
+  std::vector<std::complex<double>> complexPart_;
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,97 @@
+#include "planar_chain/derivatives.h"
+
+#include <utility>
+
+#include "python/running.h"
+
+namespace planar_chain::python {
+
+/// The motion and its derivatives, as simulate() returns them.
+struct Run {
+  Numbers states;
+  py::dict derivatives;
+};
+
+namespace {
+
+/// Lets a simulation follow its derivatives as long as this lives.
+class Following {
+ public:
+  explicit Following(Simulation& its, const std::vector<VariedNumber>& numbers = {}) : its_(its) {
+    its_.followDerivatives(numbers);
+  }
+  Following(const Following&) = delete;
+  Following& operator=(const Following&) = delete;
+  ~Following() { its_.stopDerivatives(); }
+
+ private:
+  Simulation& its_;
+};
+
+constexpr const char* byState = "state";
+constexpr const char* byTorques = "torques";
+
+}  // namespace
+
+py::object differentiated(const TreeAndScene& scene, const std::vector<double>& instants,
+                          const py::object& names, const py::object& mostSteps) {
+  std::vector<std::string> wanted;
+  std::vector<VariedNumber> numbers;
+  for (const py::handle& name : py::list(names)) {
+    wanted.push_back(textOf(py::reinterpret_borrow<py::object>(name), "derivatives"));
+    if (wanted.back() != byState && wanted.back() != byTorques)
+      numbers.push_back(variedNumber(scene.tree, wanted.back()));
+  }
+  Running running(scene, 0);
+  const StepBudget budget = running.budget(instants.empty() ? 0 : instants.back(), stepsOf(mostSteps));
+  const Following following(running.idle(), numbers);
+  const auto rows = static_cast<py::ssize_t>(2 * running.size()),
+             count = static_cast<py::ssize_t>(instants.size());
+  Run run{Numbers({count, rows}), {}};
+  std::vector<Numbers> arrays;
+  for (const std::string& name : wanted) {
+    arrays.emplace_back(std::vector<py::ssize_t>{count, rows,
+                                                 name == byState     ? rows
+                                                 : name == byTorques ? rows / 2
+                                                                     : py::ssize_t{1}});
+    run.derivatives[py::str(name)] = arrays.back();
+  }
+  for (py::ssize_t k = 0; k < count; ++k) {
+    running.advanceTo(instants[static_cast<std::size_t>(k)], budget);
+    running.writeState(run.states.mutable_data(k, 0));
+    const Derivatives at = running.idle().derivatives();
+    Eigen::Index number = 0;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      const Eigen::MatrixXd columns = wanted[i] == byState     ? at.state
+                                      : wanted[i] == byTorques ? at.torques
+                                                               : Eigen::MatrixXd(at.numbers.col(number++));
+      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      Eigen::Map<RowMajor>(arrays[i].mutable_data(k, 0, 0), columns.rows(), columns.cols()) = columns;
+    }
+  }
+  return py::cast(run);
+}
+
+void bindDerivatives(py::module& module, py::class_<Running>& simulation) {
+  py::class_<Run>(module, "Run", "What simulate() returns with derivatives.")
+      .def_readonly("states", &Run::states, "times × 2n: q (rad), then q̇ (rad/s).")
+      .def_readonly("derivatives", &Run::derivatives, "Arrays by name: times × 2n × columns.");
+  simulation.def(
+      "transition",
+      [](Running& self, const py::object& t, const py::object& mostSteps) {
+        const double end = numberOf(t, "t");
+        const StepBudget budget = self.budget(end, stepsOf(mostSteps));
+        const Following following(self.idle());
+        self.advanceTo(end, budget);
+        Derivatives derivatives = self.idle().derivatives();
+        return py::make_tuple(std::move(derivatives.state), std::move(derivatives.torques));
+      },
+      py::arg("t"), py::arg("most_steps") = py::none(),
+      R"(Advances to t as advance_to(), and returns Phi, Gamma: how the state (q, q̇) at t changes with the present
+one, 2n × 2n, and with torques that are held in the joints from now to t, 2n × n; through motors as commanded torques.
+
+In a closed chain a change of the state counts as far as the tip allows it; driven joints have columns of zeros. Raises
+ValueError, at t, if the motion has no derivatives.)");
+}
+
+}  // namespace planar_chain::python

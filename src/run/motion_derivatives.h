@@ -1,0 +1,79 @@
+#pragma once
+
+/// The derivatives of a simulation's motion (planar_chain/derivatives.h). They follow the motion piece by
+/// piece: from a state of the simulation to a later one they integrate the motion again, together with their
+/// columns (dynamics/varied_motion.h), with the tolerance of the scene. So they change no bit of the motion.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/varied_motion.h"
+#include "effects/commands.h"
+#include "ode/integrator.h"
+#include "planar_chain/derivatives.h"
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+/// All states are those of the dynamics, in chain order. Allocates.
+class MotionDerivatives {
+ public:
+  /// Begins at the state y at t. fromStart: it is the scene's own, which numbers may move. The scene and the
+  /// effects must outlive this object. commands: among the effects, or nullptr.
+  MotionDerivatives(const Scene& scene, const Effects& effects, const CommandEffect* commands,
+                    const std::vector<VariedNumber>& numbers, bool fromStart, double t,
+                    const Eigen::VectorXd& y);
+
+  /// Follows the motion from a state to the time of another one. What acts is the same on the way.
+  void follow(double t, const Eigen::VectorXd& y, double end);
+  /// Call these before and after the events that have happened at a state are fired.
+  void meet(double t, const Eigen::VectorXd& y, const ode::LocatedEvent& located);
+  void pass(double t, const Eigen::VectorXd& y);
+  /// Call it when what acts has changed at a time that is given.
+  void enter() { hasChanged_ = true; }
+  /// Keeps the present columns; goes back to those.
+  void keep() { kept_ = columns_; }
+  void goBack() {
+    columns_ = kept_;
+    enter();
+  }
+
+  /// Why there are none; empty: there are.
+  const std::string& fault() const { return fault_; }
+  Derivatives derivatives() const;
+
+ private:
+  void beginColumns(bool fromStart, const Eigen::VectorXd& y);
+  void close(const Eigen::VectorXd& y);
+  void stopHeldJoints(double t, const Eigen::VectorXd& y);
+  void scaleColumns();
+  bool enterNumbers(double t);
+  double nextShare(double t) const;
+  double slopeOf(const EventPlace& event, double t, const Eigen::VectorXd& y, const double* along,
+                 double ofTime) const;
+  void fail(double t, const std::string& why);
+
+  const Scene& scene_;
+  const Effects& effects_;
+  const CommandEffect* commands_;
+  const int n_;
+  const double since_;  ///< s
+  std::vector<std::unique_ptr<NearScenes>> numbers_;
+  std::vector<std::string> paths_;
+  VariedMotion motion_;
+  std::unique_ptr<ode::Integrator> steps_;
+  ode::State state_;
+  Eigen::MatrixXd columns_, kept_;  ///< of (θ, ω), not scaled
+  Eigen::VectorXd slopes_;          ///< before the switch
+  Eigen::VectorXd delays_;          ///< of the switch, one a column
+  Eigen::VectorXd moments_;         ///< in the joints, before the switch
+  Eigen::MatrixXd torqueMoments_;   ///< how they change with each torque
+  std::vector<bool> wereHeld_;
+  double eventSlope_ = 0;
+  double pieceBegan_ = 0;  ///< s
+  bool hasChanged_ = true;
+  std::string fault_;
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,81 @@
+#include <algorithm>
+#include <cmath>
+
+#include "planar_chain/derivatives.h"
+#include "planar_chain/scene_reader.h"
+
+namespace planar_chain {
+
+namespace {
+
+/// Of the sixth order: on both sides of the number, or on one side where there is nothing on the other.
+struct Difference {
+  std::vector<int> places;
+  std::vector<double> weights;
+};
+const std::vector<Difference>& differences() {
+  static const std::vector<double> oneSided{-147. / 60, 360. / 60, -450. / 60, 400. / 60,
+                                            -225. / 60, 72. / 60,  -10. / 60};
+  static const std::vector<Difference> all = [] {
+    std::vector<Difference> made{
+        {{-3, -2, -1, 1, 2, 3}, {-1. / 60, 9. / 60, -45. / 60, 45. / 60, -9. / 60, 1. / 60}},
+        {{0, 1, 2, 3, 4, 5, 6}, oneSided}};
+    made.push_back(made.back());
+    for (int& place : made.back().places) place = -place;
+    for (double& weight : made.back().weights) weight = -weight;
+    return made;
+  }();
+  return all;
+}
+
+/// The share of a number by which it is varied: f bends by its sixth power, 1e-14, and rounding grows by one
+/// over it.
+constexpr double share = 0.005;
+
+const Value* findAt(const Value& root, const std::string& path) {
+  const Value* at = &root;
+  for (std::size_t begin = 0; at && begin <= path.size();) {
+    const std::size_t end = std::min(path.find('/', begin), path.size());
+    const std::string key = path.substr(begin, end - begin);
+    begin = end + 1;
+    if (const Value::Map* map = at->map()) {
+      const auto found = map->find(key);
+      at = found == map->end() ? nullptr : &found->second;
+    } else if (const Value::List* list = at->list()) {
+      const auto place = static_cast<std::size_t>(numberIn(key).value_or(1e9));
+      at = place < list->size() ? &(*list)[place] : nullptr;
+    } else {
+      at = nullptr;
+    }
+  }
+  return at;
+}
+
+}  // namespace
+
+VariedNumber variedNumber(const Value& scene, const std::string& path) {
+  requireNumbers(scene, {path});
+  const Value* given = findAt(scene, path);
+  const std::optional<double> number = given ? numberIn(*given) : std::nullopt;
+  if (!number) throw Refused({{path, "a number that the scene has", "nothing"}});
+  const double size = *number == 0 ? 1 : std::abs(*number), step = share * size;
+  std::vector<Fault> faults;
+  for (const Difference& difference : differences()) {
+    VariedNumber varied{path, size, {}, {}};
+    try {
+      for (const int place : difference.places) {
+        Value near = scene;
+        setNumber(near, path, *number + place * step);
+        varied.scenes.push_back(readScene(near));
+      }
+    } catch (const Refused& refused) {
+      faults = refused.faults();
+      continue;
+    }
+    for (const double weight : difference.weights) varied.weights.push_back(weight / step);
+    return varied;
+  }
+  throw Refused(std::move(faults));
+}
+
+}  // namespace planar_chain
