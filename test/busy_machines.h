@@ -2,12 +2,15 @@
 
 /// Machines in which everything happens at once, and random calls that change their motion.
 
+#include <gtest/gtest.h>
+
 #include <cstring>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
 
@@ -84,6 +87,22 @@ inline const Machine machines[] = {
     {"sticky rope", rope("friction: 0.01"), {"auto", "rodas5p"}},
     {"damped rope", rope("damping: 0.01"), {"auto", "rodas5p", "taylor"}},
 };
+
+/// Calls f(scene, seed) for each machine, method and seed, with a trace.
+template <class F>
+void forEachMachine(unsigned seeds, const F& f) {
+  for (const Machine& machine : machines) {
+    Scene scene = readSceneText(machine.scene);
+    scene.integrator.step = 1e-3;
+    for (const char* method : machine.methods) {
+      scene.integrator.method = method;
+      for (unsigned seed = 0; seed < seeds; ++seed) {
+        SCOPED_TRACE(std::string(machine.name) + ", " + method + ", seed " + std::to_string(seed));
+        f(scene, seed);
+      }
+    }
+  }
+}
 
 // ---- Calls that change the motion ------------------------------------------------------------------
 

@@ -19,8 +19,6 @@ namespace {
 using test::anyCall;
 using test::areSame;
 using test::Call;
-using test::Machine;
-using test::machines;
 using test::Random;
 using test::refusal;
 
@@ -73,17 +71,7 @@ std::string difference(const Scene& scene, unsigned seed) {
 }
 
 TEST(Observing, ChangesNoBitOfTheMotion) {
-  constexpr unsigned seeds = 6;
-  for (const Machine& machine : machines) {
-    Scene scene = readSceneText(machine.scene);
-    scene.integrator.step = 1e-3;
-    for (const char* method : machine.methods) {
-      scene.integrator.method = method;
-      for (unsigned seed = 0; seed < seeds; ++seed) {
-        EXPECT_EQ(difference(scene, seed), "") << machine.name << ", " << method << ", seed " << seed;
-      }
-    }
-  }
+  test::forEachMachine(6, [](const Scene& scene, unsigned seed) { EXPECT_EQ(difference(scene, seed), ""); });
 }
 
 }  // namespace

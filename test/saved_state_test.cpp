@@ -18,8 +18,6 @@ namespace {
 
 using test::anyCall;
 using test::Call;
-using test::Machine;
-using test::machines;
 using test::Random;
 
 /// All that calls give, as numbers.
@@ -69,18 +67,7 @@ void expectTheSameFuture(const Scene& scene, unsigned seed) {
 }
 
 TEST(SavedState, GoesOnBitForBit) {
-  constexpr unsigned seeds = 3;
-  for (const Machine& machine : machines) {
-    Scene scene = readSceneText(machine.scene);
-    scene.integrator.step = 1e-3;
-    for (const char* method : machine.methods) {
-      scene.integrator.method = method;
-      for (unsigned seed = 0; seed < seeds; ++seed) {
-        SCOPED_TRACE(std::string(machine.name) + ", " + method + ", seed " + std::to_string(seed));
-        expectTheSameFuture(scene, seed);
-      }
-    }
-  }
+  test::forEachMachine(3, expectTheSameFuture);
 }
 
 std::string refusalOf(Simulation& of, const SavedState& state) {

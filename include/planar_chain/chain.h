@@ -87,8 +87,8 @@ struct Joint {
   NamedNumbers others{};
 
   bool isPrismatic = false;
-  Vec2d axis{
-      1, 0};  ///< of a prismatic joint, in the frame of the link inside, not 0. In a Chain its length is 1
+  /// Of a prismatic joint, in the frame of the link inside, not 0. In a Chain its length is 1.
+  Vec2d axis{1, 0};
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
   /// True if `others` has this key.
@@ -171,7 +171,6 @@ class Coordinates {
   }
   /// The unit of q_i: "m" or "rad".
   const char* unit(int i) const { return isPrismatic(i) ? "m" : "rad"; }
-  const char* rateUnit(int i) const { return isPrismatic(i) ? "m/s" : "rad/s"; }
 
  private:
   int size_, leading_ = 0;

@@ -3,6 +3,7 @@
 /// Makes a scene from a tree of values, or refuses it with all its faults. Files, ROS parameters and
 /// command-line overrides all pass through this reader. config/README.md explains the keys.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ Scene readSceneText(const std::string& text);
 /// "links/lower/com/0". The number itself is not checked.
 /// @throws Refused with a fault for each path where it may not
 void requireNumbers(const Value& scene, const std::vector<std::string>& paths);
+
+/// Returns the number at a path that requireNumbers() accepts, or nothing if the scene leaves it out.
+std::optional<double> numberAt(const Value& scene, const std::string& path);
 
 /// Sets the number at a path that requireNumbers() accepts. Maps on the way are made.
 /// @throws Refused if the path leads through a number or out of a list

@@ -71,8 +71,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// located: as in Events::fire().
   void fire(double t, double* y, const ode::LocatedEvent& located = {});
 
-  // ---- Prescribed joints: driven or stuck
-  // ------------------------------------------------------------------
+  // ---- Prescribed joints: driven or stuck --------------------------------------------------------------
 
   /// Puts held joints where they are at t, exactly. Returns true if there are any.
   bool hold(double t, double* y) { return general_ && general_->hold(t, y); }

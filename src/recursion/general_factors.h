@@ -25,7 +25,7 @@ struct LinearTerms {
   Scalar q{};
 };
 
-/// z_k
+/// Returns z_k of each k.
 template <std::size_t kinds, class Scalar>
 PerMotion<Vec2<Scalar>, kinds> turnsOf(const BodyAt<double>& body, Scalar s) {
   if constexpr (kinds == 1)

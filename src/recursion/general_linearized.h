@@ -227,7 +227,7 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ
   }
 }
 
-/// c_t
+/// Returns c_t at these right-hand sides.
 template <class Scalar, std::size_t kinds, bool isMixed>
 Vec2<Scalar> GeneralLinearized<Scalar, kinds, isMixed>::tipFree(const Scalar* rhoQ,
                                                                 const Scalar* rhoV) const {

@@ -129,8 +129,8 @@ void MotionDerivatives::beginColumns(bool fromStart, const VectorXd& y) {
 void MotionDerivatives::close(const VectorXd& y) {
   Closure closure(motion_.mechanism());
   const Couplings couplings = motion_.couplings(since_);
-  constexpr double reach =
-      0.01;  // its sixth power is small, and the rounding of a projection, 1e-13, over it
+  // Its sixth power is small, and the rounding of a projection, 1e-13, over it.
+  constexpr double reach = 0.01;
   for (int k = 0; k < 2 * n_; ++k) {
     const VectorXd column = columns_.col(k);
     const double size = largest(column);

@@ -71,6 +71,11 @@ std::string remedyFor(const Value& scene, const std::string& path) {
 
 }  // namespace
 
+std::optional<double> numberAt(const Value& scene, const std::string& path) {
+  Value copy = scene;  // in which maps on the way are made
+  return numberIn(valueAt(copy, path));
+}
+
 void setNumber(Value& scene, const std::string& path, double number) {
   valueAt(scene, path) = number;
 }

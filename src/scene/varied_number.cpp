@@ -32,31 +32,11 @@ const std::vector<Difference>& differences() {
 /// over it.
 constexpr double share = 0.005;
 
-const Value* findAt(const Value& root, const std::string& path) {
-  const Value* at = &root;
-  for (std::size_t begin = 0; at && begin <= path.size();) {
-    const std::size_t end = std::min(path.find('/', begin), path.size());
-    const std::string key = path.substr(begin, end - begin);
-    begin = end + 1;
-    if (const Value::Map* map = at->map()) {
-      const auto found = map->find(key);
-      at = found == map->end() ? nullptr : &found->second;
-    } else if (const Value::List* list = at->list()) {
-      const auto place = static_cast<std::size_t>(numberIn(key).value_or(1e9));
-      at = place < list->size() ? &(*list)[place] : nullptr;
-    } else {
-      at = nullptr;
-    }
-  }
-  return at;
-}
-
 }  // namespace
 
 VariedNumber variedNumber(const Value& scene, const std::string& path) {
   requireNumbers(scene, {path});
-  const Value* given = findAt(scene, path);
-  const std::optional<double> number = given ? numberIn(*given) : std::nullopt;
+  const std::optional<double> number = numberAt(scene, path);
   if (!number) throw Refused({{path, "a number that the scene has", "nothing"}});
   const double size = *number == 0 ? 1 : std::abs(*number), step = share * size;
   std::vector<Fault> faults;
