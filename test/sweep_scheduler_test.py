@@ -9,6 +9,9 @@ import subprocess
 import sys
 import time
 import unittest
+from types import SimpleNamespace
+
+import numpy as np
 
 try:
     from distributed import Client, LocalCluster
@@ -16,7 +19,9 @@ except ImportError:
     print("Dask not found: skipped")
     sys.exit(77)
 
-from sweep_tool import LIMIT, MASS, VARIED, SweepTool
+from planar_chain import Scene
+from planar_chain.sweeps import results_there, run_chunk
+from sweep_tool import LIMIT, MASS, SCENE, VARIED, SweepTool
 
 
 class Scheduler(SweepTool):
@@ -77,6 +82,24 @@ class Scheduler(SweepTool):
             self.assertLess(len(os.listdir(self.path("runs.csv.parts"))), 25)
             self.assertEqual(process.wait(LIMIT), 0)
         self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
+
+    def test_results_that_die_with_their_workers_are_computed_again(self):
+        scene, times, values = Scene.from_file(SCENE), np.array([0.0, 1.0]), np.linspace(0.5, 2, 12)[:, None]
+        chunks = {start: (scene.to_dict(), [MASS], values[start:start + 1], times) for start in range(12)}
+        sweep = SimpleNamespace(missing=lambda: list(chunks), arguments=chunks.get)
+        with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+            results = results_there(sweep, cluster.scheduler_address)
+            got = dict([next(results)])
+            while sum(map(len, client.has_what().values())) < 11:
+                time.sleep(0.05)
+            for worker in client.run(os.getpid).values():  # both: else the other one has computed them before the client asks
+                os.kill(worker, signal.SIGKILL)
+            while client.has_what():
+                time.sleep(0.01)
+            got.update(results)
+        self.assertEqual(sorted(got), list(chunks))
+        for start, (states, *_) in got.items():
+            np.testing.assert_array_equal(states, run_chunk(*chunks[start])[0])
 
 
 if __name__ == "__main__":

@@ -347,8 +347,12 @@ def results_there(sweep, address):
             note.cancel()
             wait_for_workers(client, address)
             starts = {client.submit(run_chunk, *sweep.arguments(start), retries=3): start for start in sweep.missing()}
-            for future in as_completed(list(starts)):
-                if future.status not in ("finished", "error"):  # lost with its scheduler: Dask raises None then, a TypeError
+            completed = as_completed(list(starts))
+            for future in completed:
+                if future.status in ("lost", "pending"):  # its worker died before it was fetched; another one computes it
+                    completed.add(future)
+                    continue
+                if future.status == "cancelled":  # lost with its scheduler: Dask raises None then, a TypeError
                     raise concurrent.futures.CancelledError
                 result = future.result()
                 yield starts.pop(future), result
