@@ -40,13 +40,16 @@ class Runs:
     """The rows of a CSV of `sweep`: paths and values of what varied; t; q, one column for each joint; failed."""
 
     def __init__(self, header, rows):
-        self.prismatic = self.links = None  # as of a Motion; the links of these joints
+        self.prismatic = self.links = self.body = None  # as of a Motion; the links of these joints
         at = header.index("t")
         self.paths, self.joints = header[1:at], [name[2:] for name in header if name.startswith("q_")]
         table = np.array([row[:-1] for row in rows], dtype=float)
         self.values, self.t = table[:, 1:at], table[:, at]
         self.q = table[:, at + 1:at + 1 + len(self.joints)]
         self.failed = np.array([row[-1] != "" for row in rows])
+
+    def know(self, body):
+        self.prismatic, self.links = ([name for name, axis in zip(names, body.axis) if axis != 0] for names in (body.joints, body.names))
 
     @staticmethod
     def are_in(header):
