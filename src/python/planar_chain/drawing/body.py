@@ -55,6 +55,11 @@ class Springs:
         self.slack = np.array([spring["slack"] for spring in springs], dtype=bool)
 
 
+def most_of(load):
+    """The largest factor of a load."""
+    return max(map(abs, load["values"])) if "times" in load else 1.0
+
+
 def factor_at(load, t):
     """The factor of a load at the times t, s. NaN, that of an unknown time, is 0."""
     factor = np.ones(len(t))

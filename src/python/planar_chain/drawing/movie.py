@@ -79,6 +79,8 @@ class Movie(FuncAnimation):
             most = int(box[0] * LETTERS)
             panel.begin(axes, title if len(title) <= most else "…" + title[1 - most:], panel.view.limit(axes, box), speed)
         self.clock = figure.text(0.99, 0.015, "", ha="right", va="bottom")
+        moving = [self.clock, *(artist for panel in self.panels for artist in (*panel.pose.artists.values(), *np.ravel(panel.trails)))]
+        self.moving, self.still = sorted(moving, key=lambda artist: artist.zorder), None
         super().__init__(figure, self._show, frames=len(self.seconds), init_func=lambda: (), interval=1000 / FPS, repeat=True)
 
     def _show(self, k):
@@ -91,15 +93,30 @@ class Movie(FuncAnimation):
         """Writes a .gif, .mp4 or .html. how: as of matplotlib's Animation.save()."""
         writer = writer or writer_of(str(filename))
         if isinstance(writer, Pictures):
-            writer.palette = self.palette()
+            writer.movie, writer.palette = self, self.palette()
         super().save(filename, writer=writer, **{"dpi": DPI, **how})
+
+    def picture(self):
+        """What the figure shows now, as a picture of PIL. What does not move is drawn once."""
+        canvas = self._fig.canvas
+        if self.still is None:
+            for artist in self.moving:
+                artist.set_visible(False)
+            canvas.draw()
+            self.still = canvas.copy_from_bbox(self._fig.bbox)
+            for artist in self.moving:
+                artist.set_visible(True)
+        canvas.restore_region(self.still)
+        for artist in self.moving:
+            artist.draw(canvas.get_renderer())
+        return Image.frombuffer("RGBA", canvas.get_width_height(), bytes(canvas.buffer_rgba()), "raw", "RGBA", 0, 1).convert("RGB")
 
     def palette(self):
         """The colours of a few pictures, as a picture of PIL."""
         samples = []
         for k in np.linspace(0, len(self.seconds) - 1, SAMPLES).astype(int):
             self._show(k)
-            samples.append(np.asarray(picture_of(self._fig)))
+            samples.append(np.asarray(self.picture()))
         return Image.fromarray(np.concatenate(samples)).quantize(COLOURS)
 
     def _repr_html_(self):
@@ -151,12 +168,6 @@ def write(movie, path, progress=lambda done, pictures: None):
             shutil.copyfileobj(source, file)
 
 
-def picture_of(figure):
-    figure.canvas.draw()
-    size = figure.canvas.get_width_height()
-    return Image.frombuffer("RGBA", size, bytes(figure.canvas.buffer_rgba()), "raw", "RGBA", 0, 1).convert("RGB")
-
-
 def in_colours(picture, palette):
     """The nearest colours for PIL; but the background, the colour of the first corner of both, is exact."""
     rgb, entries, background = np.asarray(picture), palette.getpalette(), palette.getpixel((0, 0))
@@ -169,18 +180,18 @@ def in_colours(picture, palette):
 
 
 class Pictures(AbstractMovieWriter):
-    """Keeps each picture as a PNG, in the colours of `palette`."""
+    """Keeps each picture of a Movie as a PNG, in the colours of `palette`."""
 
     def __init__(self):
         super().__init__(fps=FPS)
-        self.pictures, self.palette = [], None
+        self.pictures, self.movie, self.palette = [], None, None
 
     def setup(self, fig, outfile, dpi=None):
         super().setup(fig, outfile, dpi)  # which is abstract
 
     def grab_frame(self, **how):
         png = io.BytesIO()
-        in_colours(picture_of(self.fig), self.palette).save(png, "PNG")
+        in_colours(self.movie.picture(), self.palette).save(png, "PNG")
         self.pictures.append(png)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .body import factor_at
+from .body import factor_at, most_of
 
 FEW_LINKS = 12  # in chains of at most so many links every pin, and every spring of a joint, is marked
 GREY, SPRING, LOAD = "#7F7F7F", "#009E73", "#CC79A7"
@@ -92,21 +92,21 @@ def arcs(places, angles, head, radius):
 
 def acting(places):
     """Arrows of forces and arcs of moments and torques: for each load its places and complex steps, m, or angles, rad, at the instants.
-    The largest of each in these instants has full length."""
+    The largest that the scene's loads reach have full length."""
     body, forces, turns = places.body, [], []
     for load in body.loads:
-        factor = factor_at(load, places.t)
+        factor, most = factor_at(load, places.t), most_of(load)
         if "link" in load:
-            at = places.of(body.names.index(load["link"]), complex(*load["point"]))
-            forces.append((at, factor * complex(*load["force"])))
-            turns.append((at, factor * load["moment"]))
+            at, force = places.of(body.names.index(load["link"]), complex(*load["point"])), complex(*load["force"])
+            forces.append((at, factor * force, most * abs(force)))
+            turns.append((at, factor * load["moment"], most * abs(load["moment"])))
         if "joint" in load:
             j = body.joints.index(load["joint"])
-            along = (places.rotation * body.axis)[:, j]
-            (forces if body.axis[j] else turns).append((places.own[:, j], factor * load["torque"] * (along if body.axis[j] else 1)))
-    for pairs, full in ((forces, LONGEST * body.reach), (turns, LARGEST)):
-        at, values = (np.array([pair[k] for pair in pairs]).reshape(len(pairs), len(places.q)).T for k in (0, 1))
-        yield at, values * (full / (abs(values).max(initial=0) or 1.0))
+            along = (places.rotation * body.axis)[:, j] if body.axis[j] else 1.0
+            (forces if body.axis[j] else turns).append((places.own[:, j], factor * load["torque"] * along, most * abs(load["torque"])))
+    for acts, full in ((forces, LONGEST * body.reach), (turns, LARGEST)):
+        at, values = (np.array([act[k] for act in acts]).reshape(len(acts), len(places.q)).T for k in (0, 1))
+        yield at, values * (full / (max((most for *_, most in acts), default=0) or 1.0))
 
 
 def loads_of(places, unit):

@@ -1,11 +1,7 @@
 """A chain in letters: its links, forces and torques, and given motions."""
 
-import json
-import pathlib
-import subprocess
-
-import planar_chain
 import sympy as sp
+from planar_chain.described import described
 
 from . import laws
 from .coordinates import NONE, Coordinates
@@ -39,14 +35,11 @@ def require_few_links(n):
 
 def read(scene):
     """The chain of a Scene with all defaults written out, as `equations --chain` prints it."""
-    values = planar_chain.Scene.to_dict(scene)
     require_few_links(len(scene))
-    tool = pathlib.Path(planar_chain.__file__).absolute().parents[3] / "planar_chain" / "equations"
-    run = subprocess.run([str(tool), "/dev/stdin", "--chain"], input=json.dumps(values), stdout=subprocess.PIPE,
-                         stderr=subprocess.PIPE, universal_newlines=True, check=False)
-    if run.returncode != 0:
-        raise NoFormula(run.stderr.strip())
-    return json.loads(run.stdout)
+    try:
+        return described(scene)
+    except RuntimeError as problem:
+        raise NoFormula(str(problem)) from None
 
 
 class ChainInLetters:
