@@ -34,7 +34,7 @@ SIGNALS = {COMMAND: {"linestyle": (0, (1, 1)), "linewidth": 1.6, "alpha": 0.7},
            REFERENCE: {"linestyle": (0, (5, 2)), "linewidth": 0.9, "marker": "x", "markersize": 4},
            SENSOR: {"linestyle": "", "marker": ".", "markersize": 2.5, "alpha": 0.6}}
 MOST_JOINTS = len(COLOURS)
-WIDTH, HEIGHT, ROW_HEIGHT = 9.6, 6.2, 1.3  # inch: of the figure, and of a row if there are more than MOST panels
+WIDTH, HEIGHT, ROW_HEIGHT = 9.6, 6.2, 1.5  # inch: of the figure, and of a row if there are more than MOST panels
 LINE = 0.19          # inch, of a legend
 INSTANTS, MOST_APART = 9, 1e9  # of --strobe; m
 COARSE = 0.5  # rad: where a portrait's line has sharper corners, it shows chords and no curve
@@ -143,7 +143,7 @@ def draw(motion, columns, title, wrap, asked=()):
     figure = pyplot.figure(figsize=(WIDTH, height), constrained_layout={"h_pad": 0.09})
     figure.suptitle(title)
     # Two grids side by side: what stands on the right does not push the rows on the left apart.
-    left, right = figure.add_gridspec(1, 2, width_ratios=[2 if rows else 0.01, 1])
+    left, right = figure.add_gridspec(1, 2, width_ratios=[2 if rows else 0.01, 1 if portraits else 0.5])
     legend_height = LINE * (2.2 + np.ceil(len(names) / columns_of(names)) + len(drawn))
     portrait_height = max((height - 0.6 - legend_height) / max(len(portraits), 1.6), 1.0)
     rest = max(height - 0.6 - legend_height - portrait_height * len(portraits), 0.01)

@@ -50,7 +50,7 @@ def panels(motion, columns, wrap):
         yield Panel("error", "error estimate\n", "tolerances", [("", t, np.maximum(error, least))], 0)
     if motion.imus:
         yield Panel("imu", "gyro", "rad/s", [(name, t, rate) for name, (t, rate, _) in motion.imus.items()], STILL)
-        yield Panel("imu", "accelerometer", "m/s²", [(f"{name}, {axis}", t, values[:, k]) for name, (t, _, values) in motion.imus.items()
+        yield Panel("imu", "accelerometer\n", "m/s²", [(f"{name}, {axis}", t, values[:, k]) for name, (t, _, values) in motion.imus.items()
                                                      for k, axis in enumerate("xy")], STILL)
 
 

@@ -57,6 +57,8 @@ class Motion:
             t, parts = self.energy
             inside = (t >= first) & (t <= last)
             self.energy = t[inside], {name: part[inside] for name, part in parts.items()}
+        self.signals = [part for part in (signal.between(first, last) for signal in self.signals) if part is not None]
+        self.imus = {name: tuple(each[(imu[0] >= first) & (imu[0] <= last)] for each in imu) for name, imu in self.imus.items()}
 
     def curves(self, j, wrap=False):
         """t, q, q̇, τ of a joint, with NaN where lines must not join them. wrap: q in (−π, π]."""

@@ -13,6 +13,16 @@ class Signal:
         self.kind, self.joint, self.panel = kind, joint, panel
         self.t, self.values = np.asarray(t, dtype=float), np.asarray(values, dtype=float)
 
+    def between(self, first, last):
+        """What is from `first` to `last`, s, with what a command holds at the first; None if that is nothing."""
+        kept = (self.t >= first) & (self.t <= last)
+        t, values = self.t[kept], self.values[kept]
+        held = np.flatnonzero(self.t < first)[-1:]
+        if self.kind == COMMAND and len(held) and (len(t) or self.t[-1] > last):
+            value = self.values[held[0]]
+            t, values = np.insert(t, 0, first), np.insert(values, 0, value)
+        return Signal(self.kind, self.joint, self.panel, t, values) if len(t) else None
+
 
 class Ticks:
     """Which state belongs to a tick, from statuses: `known` has pairs of tick and number of the state."""

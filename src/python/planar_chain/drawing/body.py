@@ -16,7 +16,7 @@ class Body:
     leading: how many prismatic joints are first. carts: the same, or 0 for a free chain. inner: the prismatic joints further on.
     limits: lower and upper ones, m, NaN if there is none. moves: the base does. pinned: the tip is. reach: of the stretched chain, m.
     aside: links whose centre of mass does not lie on the line from pin to pin. stiff: joints with springs.
-    springs: those to the ground. loads: dicts with the keys of a scene."""
+    springs: those to the ground. loads: dicts with the keys of a scene. frames: link and point of each, by name."""
 
     def __init__(self, chain):
         links = chain["links"]
@@ -36,11 +36,14 @@ class Body:
         self.stiff = np.flatnonzero([joint.get("stiffness", 0) for joint in joints])
         self.springs = Springs(list(chain.get("springs", {}).values()), self.names)
         self.loads = list(chain.get("loads", {}).values())
+        self.frames = {name: (self.names.index(frame["link"]), complex(*frame["point"])) for name, frame in chain.get("frames", {}).items()}
         gravity = complex(*chain["gravity"])
         self.down = gravity / abs(gravity) if gravity else -1j
 
     def point(self, name, at=None):
-        """Number of a link and a point of it: of LINK, by default its outer pin, or of the tip."""
+        """Number of a link and a point of it: of a link, by default its outer pin; of a frame; or of the tip."""
+        if at is None and name in self.frames:
+            return self.frames[name]
         link = len(self.names) - 1 if name == "tip" else self.names.index(name)
         return link, self.pin[link] if at is None else complex(*at)
 

@@ -30,6 +30,7 @@ STYLES = {
     "carts": ("cart", {"linewidth": 1.3}),
     "ground": ("ground pin", {"color": GREY, "linestyle": "", "marker": "^", "markersize": 9, "zorder": 0}),
     "held": ("pin of the tip", {"color": GREY, "linestyle": "", "marker": "s", "markersize": 8, "zorder": 0}),
+    "frames": ("frame", {"linestyle": "", "marker": "x", "markersize": 6}),
     "loads": ("load", {"color": LOAD, "linewidth": 1.4, "zorder": 4}),
 }
 
@@ -116,10 +117,12 @@ def loads_of(places, unit):
 
 def in_view(places):
     """All that must be seen."""
-    body, forces = places.body, next(acting(places))
-    return np.concatenate([each.ravel() for each in (
+    body, forces, ends = places.body, next(acting(places)), places.spring_ends()
+    slack = ropes(*ends, np.where(body.springs.slack, body.springs.rest, 0), body.down)
+    seen = np.concatenate([each.ravel() for each in (
         places.points, places.coms[:, body.aside], places.own[:, :body.carts], places.own[:, body.inner], places.axes(body.inner),
-        places.axes(np.arange(body.carts)), *places.spring_ends(), sum(forces))])
+        places.axes(np.arange(body.carts)), slack, sum(forces), *(places.of(*point) for point in body.frames.values()))])
+    return seen[~np.isnan(seen)]
 
 
 def lines_of(places, unit):
@@ -147,6 +150,8 @@ def lines_of(places, unit):
         lines["ground"] = places.points[:, :1]
     if body.pinned:
         lines["held"] = places.points[:, -1:]
+    if body.frames:
+        lines["frames"] = np.column_stack([places.of(*point) for point in body.frames.values()])
     lines.update(springs_of(places, unit, few))
     if body.loads:
         lines["loads"] = loads_of(places, unit)
