@@ -129,7 +129,7 @@ def columns_of(names):
 
 
 def draw(motion, columns, title, wrap, asked=()):
-    """asked: names of panels, by default the usual ones. Returns the figure and the names of usual panels that did not fit."""
+    """asked: names of panels; by default the usual ones, with a note on those that do not fit."""
     each_kind, ready = kinds(motion, columns), list(panels(motion, columns, wrap))
     names_drawn, left_out = (asked, []) if asked else usual([panel.name for panel in ready], len(each_kind))
     rows = [panel for name in names_drawn for panel in ready if panel.name == name]
@@ -137,6 +137,8 @@ def draw(motion, columns, title, wrap, asked=()):
     if not rows and not portraits:
         raise Refused(f"--panels: expected panels that this recording has ({', '.join(dict.fromkeys([*(panel.name for panel in ready), 'phase']))}), "
                       f"got {', '.join(asked)}")
+    if left_out:
+        say(f"note: {MOST} panels are drawn; --panels draws others, such as {' and '.join(left_out)}")
     names = {motion.joints[j]: k for k, j in enumerate(columns)}
     drawn = {signal.kind for panel in rows for signal in panel.signals}
     height = max(HEIGHT, 0.6 + ROW_HEIGHT * max(len(rows), 2 * len(portraits)))
@@ -165,7 +167,7 @@ def draw(motion, columns, title, wrap, asked=()):
     for row, (kind, ours) in enumerate(portraits):
         draw_phase(figure.add_subplot(right[row]), motion, kind, {j: names[motion.joints[j]] for j in ours})
     legend(figure.add_subplot(right[len(portraits)], frame_on=False, xticks=[], yticks=[]), names, drawn, each_kind[0][0] is UNKNOWN)
-    return figure, left_out
+    return figure
 
 
 # ---- The chain itself --------------------------------------------------------------------------
@@ -304,10 +306,7 @@ def picture(given, motion):
         title += f": {len(columns)} of {len(motion.joints)} joints"
     if isinstance(motion, Runs):
         return draw_runs(motion, columns, title, given.wrap, COLOURS[0])
-    figure, left_out = draw(motion, columns, title, given.wrap, given.panels)
-    if left_out:
-        say(f"note: {MOST} panels are drawn; --panels draws others, such as {' and '.join(left_out)}")
-    return figure
+    return draw(motion, columns, title, given.wrap, given.panels)
 
 
 def main():

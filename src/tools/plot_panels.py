@@ -6,6 +6,7 @@ from matplotlib.ticker import Formatter
 ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work supplied"}
 STILL = 1e-6      # rad, rad/s, N m, or shares of what is drawn: no axis shows less
 ROUNDING = 1e-12  # the same of an imbalance, in shares of the energy
+FINE = 1e-3       # an axis along x that shows so little of its largest number has few, long numbers
 FEW = 20          # one error of so many may be less than the axis shows
 DIGITS = 9        # of a number at an axis, at most
 # Label and unit of q, its rate, and what acts along it.
@@ -109,6 +110,8 @@ def label_axis(axis, label, unit):
     if axis.get_scale() == "linear":
         power = 0 if -3 <= power <= 4 else power
         axis.set_major_formatter(Plain(power))
+        if axis.axis_name == "x" and high - low < FINE * largest:
+            axis.axes.locator_params(axis="x", nbins=2)
         unit = f"1e{power} {unit}" if power else unit
     axis.set_label_text(f"{label} ({unit})" if not label.endswith("\n") else f"{label}({unit})")
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 from matplotlib import pyplot
-from plot_panels import kinds
+from plot_panels import FINE, kinds
 
 PANEL = 2.6  # inch
 MOST_PATHS = 4
@@ -115,6 +115,9 @@ def draw_runs(runs, columns, title, wrap, colour):
         show_colours(figure, column, found, "" if other is None else with_unit(paths[other], runs.links))
     for panel in axes.flat:
         panel.ticklabel_format(useOffset=False)
+        low, high = panel.get_xlim()
+        if high - low < FINE * max(abs(low), abs(high)):
+            panel.locator_params(axis="x", nbins=2)
     if len(times) > 1:
         axes[-1][-1].set_xlabel("time (s): median, half and 90 % of the runs")
     return figure

@@ -62,10 +62,15 @@ def coils(start, end, width):
 
 
 def ropes(start, end, rest, down):
-    """A straight line from each start to its end, or a parabola about as long as the rope at rest."""
-    share = np.linspace(0, 1, 13)
-    sag = np.sqrt(3 / 16 * np.maximum(rest ** 2 - abs(end - start) ** 2, 0))
-    return joined(start[..., np.newaxis] + (end - start)[..., np.newaxis] * share + (down * sag)[..., np.newaxis] * 4 * share * (1 - share))
+    """A straight line from each start to its end, or a parabola as long as the rope at rest, if that is longer."""
+    share = np.linspace(0, 1, 17)
+    line, sag = start[..., np.newaxis] + (end - start)[..., np.newaxis] * share, down * 4 * share * (1 - share)
+    low, high = np.zeros(start.shape), np.broadcast_to(rest, start.shape)
+    for _ in range(20):
+        middle = (low + high) / 2
+        is_short = abs(np.diff(line + middle[..., np.newaxis] * sag)).sum(axis=-1) < rest
+        low, high = np.where(is_short, middle, low), np.where(is_short, high, middle)
+    return joined(line + low[..., np.newaxis] * sag)
 
 
 def spirals(places, directions, width):
