@@ -1,9 +1,11 @@
 # The kernels: the same source for each kind of CPU, with the options of src/simd/room.cmake.
+# GCC would compute what two kinds of joints share before it asks for the kind, and run out of registers.
+set(kernel $<$<CXX_COMPILER_ID:GNU>:-fno-code-hoisting>)
 # Pairs of pairs in two registers, which no other file takes.
-set_source_files_properties(src/lanes/baseline.cpp PROPERTIES COMPILE_OPTIONS -Wno-psabi)
+set_source_files_properties(src/lanes/baseline.cpp PROPERTIES COMPILE_OPTIONS "-Wno-psabi;${kernel}")
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   target_sources(${PROJECT_NAME}_core PRIVATE src/lanes/avx2.cpp)
-  set_source_files_properties(src/lanes/avx2.cpp PROPERTIES COMPILE_OPTIONS "${avx2}")
+  set_source_files_properties(src/lanes/avx2.cpp PROPERTIES COMPILE_OPTIONS "${avx2};${kernel}")
   set_source_files_properties(src/lanes/kernels.cpp PROPERTIES COMPILE_DEFINITIONS PLANAR_CHAIN_X86)
   # Some compilers do not know AVX-512. GCC 9 makes code for some sources that does not assemble.
   set(avx512 -mavx512f -mavx512dq -mavx512vl -mfma)
@@ -19,7 +21,7 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   endif()
   if(AVX512_COMPILES)
     target_sources(${PROJECT_NAME}_core PRIVATE src/lanes/avx512.cpp)
-    set_source_files_properties(src/lanes/avx512.cpp PROPERTIES COMPILE_OPTIONS "${avx512}")
+    set_source_files_properties(src/lanes/avx512.cpp PROPERTIES COMPILE_OPTIONS "${avx512};${kernel}")
     set_property(SOURCE src/lanes/kernels.cpp APPEND PROPERTY COMPILE_DEFINITIONS PLANAR_CHAIN_AVX512)
   else()
     message(STATUS "The compiler does not make the kernel for AVX-512: AVX2 is the best")
