@@ -306,15 +306,13 @@ void GeneralFactors<Scalar, kinds, isMixed>::passCarriage(std::size_t j, LinearT
   const Vec2d d = bodies_.slide(j).axis;
   const Vec2<Scalar> wideD = wide<Scalar>(d);
   slid.ofRate = B[0].times(d, Vec2<Scalar>{});
-  if constexpr (kinds == 1) {
-    slid.z = {s_ * s_ * wideD};
-    handle.UR = s_ * s_ * slid.ofRate;
-  } else {
-    slid.z = {s_ * s_ * wideD, s_ * wideD, wideD};
-    slid.w[2] = wideD;
+  slid.z[0] = s_ * s_ * wideD;
+  if constexpr (kinds == 3) {
+    slid.z[1] = s_ * wideD;
+    slid.z[2] = slid.w[2] = wideD;
     slid.ofPlace = B[2].times(d, Vec2<Scalar>{});
-    handle.UR = sum(B, slid.z);
   }
+  handle.UR = sum(B, slid.z);
   slid.D0 = dotMixed(d, handle.UR);
   const bool isPrescribed = bodies_.joint(j).isPrescribed;
   const Scalar over = handle.over = isPrescribed ? Scalar{} : 1.0 / (slid.D0 + stiffnessOf(j));
