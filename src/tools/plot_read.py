@@ -7,11 +7,11 @@ from chain import NoChain, read_chain
 from drawing.body import Body, base_under
 from drawing.track import Track
 from files import tree_of
-from given import read_number, rows_of
 from plot_runs import Runs
 from plot_signals import REFERENCE, SENSOR, Ticks, commands_of, measured, scene_times
 from program import say
 from unread import full, opened, topics_of
+from user_input import read_number, rows_of
 
 LARGEST = 1e300  # of larger numbers, matplotlib cannot find the height of an axis
 

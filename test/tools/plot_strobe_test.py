@@ -176,6 +176,15 @@ class Strobe(PlotTool):
         seen = in_view(places)
         self.assertTrue(np.isfinite(seen).all() and {1 + 2j, 3j} <= set(seen) and abs(seen - tip - 0.25j * body.reach).min() < 1e-14)
 
+    def test_frames_are_marked_and_have_paths(self):
+        chain = read_chain(SCENE)
+        chain["frames"] = {"gripper": {"link": chain["links"][1]["name"], "point": [0.2, 0.1], "angle": 1.0}}
+        body, q = Body(chain), np.array([[0.3, -0.7, 1.9]])
+        places = Places(body, np.zeros((1, 3)), q)
+        expected = places.points[0, 1] + np.exp(-0.4j) * (0.2 + 0.1j)
+        self.assertAlmostEqual(lines_of(places, 1.0)["frames"][0, 0], expected, delta=1e-15)
+        self.assertAlmostEqual(places.of(*body.point("gripper"))[0], expected, delta=1e-15)
+
     def test_a_path_of_any_point(self):
         # The middle of the coupler of a four-bar goes around a closed curve. Its ends are on circles.
         table, picture = self.path("bar.csv"), self.path("bar.svg")
