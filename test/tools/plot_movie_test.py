@@ -90,6 +90,9 @@ class Movies(PlotTool):
                 rows, columns = (np.concatenate(pair) for pair in zip(*(pixels_of(movie.picture(), colour) for colour in (BLUE, ORANGE))))
                 self.assertLess(np.hypot(rows - (height - y), columns - x).min(), 2, (k, point))
         self.assertEqual(movie.clock.get_text(), "t = 0.80 s")
+        fast = Movie([track], [""], [{}], speed=2.0)
+        np.testing.assert_allclose(fast.panels[0].times, 0.08 * np.arange(11), atol=1e-12)
+        self.assertFalse(fast.panels[0].trails)
         # The path ends at the tip, and begins anew after an event.
         trail = movie.panels[0].trails[0][0].get_xydata()
         self.assertAlmostEqual(complex(*trail[-1]), places.points[0, -1], delta=1e-12)

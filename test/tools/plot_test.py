@@ -310,7 +310,7 @@ class Plot(PlotTool):
         self.assertEqual(found["reference", "a", 2].values.tolist(), [3] * 10)
         # Held from 0.1 s on (0.09 s after the first state), 5 N m more from 0.3 to 0.5 s, nothing from 0.8 s on.
         command = found["command", "a", 3]
-        for t, torque in ((0.05, 0), (0.15, 2), (0.35, 7), (0.55, 2), (0.75, 2), (0.85, 0)):
+        for t, torque in ((0.05, 0), (0.15, 2), (0.25, 2), (0.35, 7), (0.55, 2), (0.75, 2), (0.85, 0)):
             self.assertAlmostEqual(np.interp(t, command.t, command.values), torque, msg=str(t))
         figure = plot.draw(motion, [0, 1], "", False)
         self.assertEqual([text.get_text() for text in figure.axes[-1].get_legend().get_texts()], ["a", "b", "command", "reference", "sensor"])
