@@ -9,7 +9,7 @@ from .poses import SPRING, Pose, in_view, lines_of
 
 DPI = 100
 MARGIN = 1.1
-SMALL = 240  # pixels: in smaller pictures, lines and marks are thinner in proportion
+SMALL = 300  # pixels: in smaller pictures, lines and marks are thinner in proportion
 
 
 class Still:
