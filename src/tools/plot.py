@@ -121,11 +121,12 @@ def legend(axes, names, drawn, is_unknown):
     handles = [pyplot.Line2D([], [], label=name, **style(k)) for name, k in names.items()]
     handles += [pyplot.Line2D([], [], label=kind, color="#7F7F7F", **SIGNALS[kind]) for kind in SIGNALS if kind in drawn]
     axes.legend(handles=handles, loc="upper left", frameon=False, fontsize="small", ncol=columns_of(names), borderaxespad=0,
-                title="joint (m if it is prismatic: give --scene)" if is_unknown else "joint")
+                handlelength=1.6, handletextpad=0.5, columnspacing=1.0, title_fontsize="small",
+                title="joint (m if it is\nprismatic: give --scene)" if is_unknown else "joint")
 
 
 def columns_of(names):
-    return 2 if len(names) > 4 and max(map(len, names)) <= 16 else 1
+    return 2 if len(names) > 4 and max(map(len, names)) <= 12 else 1
 
 
 def draw(motion, columns, title, wrap, asked=()):
@@ -141,12 +142,12 @@ def draw(motion, columns, title, wrap, asked=()):
         say(f"note: {MOST} panels are drawn; --panels draws others, such as {' and '.join(left_out)}")
     names = {motion.joints[j]: k for k, j in enumerate(columns)}
     drawn = {signal.kind for panel in rows for signal in panel.signals}
-    height = max(HEIGHT, 0.6 + ROW_HEIGHT * max(len(rows), 2 * len(portraits)))
+    height = HEIGHT if len(rows) + len(portraits) <= MOST else max(HEIGHT, 0.6 + ROW_HEIGHT * len(rows))
     figure = pyplot.figure(figsize=(WIDTH, height), constrained_layout={"h_pad": 0.09})
     figure.suptitle(title)
     # Two grids side by side: what stands on the right does not push the rows on the left apart.
     left, right = figure.add_gridspec(1, 2, width_ratios=[2 if rows else 0.01, 1 if portraits else 0.5])
-    legend_height = LINE * (2.2 + np.ceil(len(names) / columns_of(names)) + len(drawn))
+    legend_height = LINE * (2.5 + np.ceil(len(names) / columns_of(names)) + len(drawn))
     portrait_height = max((height - 0.6 - legend_height) / max(len(portraits), 1.6), 1.0)
     rest = max(height - 0.6 - legend_height - portrait_height * len(portraits), 0.01)
     right = right.subgridspec(len(portraits) + 2, 1, height_ratios=[*[portrait_height] * len(portraits), legend_height, rest])
