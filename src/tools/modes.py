@@ -12,7 +12,7 @@ import sys
 
 from chain import NoChain
 from files import notes_by, require_outputs, require_picture, save_picture, scene_file
-from given import read_numbers
+from given import read_numbers, read_torques
 try:
     import numpy as np
 
@@ -21,8 +21,9 @@ except ImportError as missing:
     sys.exit(f"modes: {missing}")
 
 MOST = 12  # panels
-COLUMNS, PANEL = 4, 2.6  # inch
+COLUMNS, PANEL, WIDEST, WIDTH = 4, 2.6, 4.5, 7.5  # inch: of a panel at least and at most; of the drawing at least
 SWING, BEND = 0.2, 0.6        # of the reach: the way of the pin that moves most; rad: most in a joint
+ALONG, BESIDE = 0.05, 0.25    # of the reach: pins that move less across their links cover them; so far beside it is then drawn
 FREE, SLIM = 0.08, 0.6        # of the drawing's larger side: around it; the smaller side at least
 AT_REST, FORTH, BACK = {"color": "#7F7F7F"}, {"color": "#0072B2"}, {"color": "#D55E00"}
 
@@ -32,6 +33,7 @@ def arguments():
     parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--q", metavar="A,B,…",
                         help="the equilibrium, rad, m for prismatic joints (default: that of `equations --equilibrium`)")
+    parser.add_operating_point()
     parser.add_argument("--plot", metavar="FILE", help=f"a .png, .svg or .pdf with the first {MOST} modes")
     return parser.parse_args()
 
@@ -46,6 +48,15 @@ def deflections(links, q, shapes):
     return shapes * np.minimum(SWING * reach / np.maximum(way, 1e-300), BEND / np.maximum(turn, 1e-300))
 
 
+def beside(pose, rest, reach):
+    """The way, complex, m, by which a pose is moved that covers the chain at rest: none, or half of this to the side."""
+    links, moves = np.diff(rest[0]), (pose[0] - rest[0])[1:]
+    sizes = np.maximum(abs(links), 1e-300)
+    covers = len(links) and abs((moves * links.conj()).imag / sizes).max() < ALONG * reach
+    is_upright = np.ptp(rest[0].imag) > np.ptp(rest[0].real)
+    return covers * BESIDE * reach * (1 if is_upright else 1j)
+
+
 def title_of(mode, k):
     kind, s = mode.kinds[k], mode.poles[k]
     if kind == "oscillates":
@@ -58,25 +69,30 @@ def draw(scene, mode, title):
     import matplotlib  # pylint: disable=import-outside-toplevel
     matplotlib.use("Agg")
     from matplotlib import pyplot  # pylint: disable=import-outside-toplevel
-    from plot_strobe import Links, axes_of, draw_instant, is_aside, pins, spans_of  # pylint: disable=import-outside-toplevel
+    from plot_strobe import Links, axes_of, draw_instant, draw_marks, is_aside, marks_of, pins, spans_of  # pylint: disable=import-outside-toplevel
     links = Links(scene)
+    reach = np.sum(abs(links.pin)) or 1.0
     count = min(MOST, len(mode.kinds))
     a = deflections(links, mode.q, mode.shapes.real[:, :count])
     # Rows of pins(): at rest, then forth and back of each mode.
     q = np.vstack([mode.q, *(mode.q + sign * a[:, k] for k in range(count) for sign in (1, -1))])
     base = np.zeros((len(q), 3))
-    poses = list(zip(*pins(links, base, q), axes_of(links, base, q, spans_of(links, q))))
-    drawn = np.concatenate([part.ravel() for pose in poses for part in pose])
-    aside = np.flatnonzero(is_aside(links, np.sum(abs(links.pin))))
+    poses = list(zip(*pins(links, base, q), axes_of(links, base, q, spans_of(links, q)), marks_of(links, base, q)))
+    shifts = [0, *(sign * beside(poses[2 * k + 1], poses[0], reach) for k in range(count) for sign in (1, -1))]
+    poses = [[part + shift for part in pose] for pose, shift in zip(poses, shifts)]
+    drawn = np.concatenate([part.ravel() for pose in poses for part in pose] + [links.grounds])
+    aside = np.flatnonzero(is_aside(links, reach))
     rows, columns = -(-count // COLUMNS), min(count, COLUMNS)
-    figure, panels = pyplot.subplots(rows, columns, figsize=(PANEL * columns, PANEL * rows + 0.4), squeeze=False, constrained_layout=True)
-    figure.suptitle(title)
+    panel = np.clip(WIDTH / columns, PANEL, WIDEST)
+    figure, panels = pyplot.subplots(rows, columns, figsize=(panel * columns, panel * rows + 0.4), squeeze=False, constrained_layout=True)
+    figure.suptitle(title, fontsize="medium")
     for k, axes in enumerate(panels.flat):
         if k >= count:
             axes.axis("off")
             continue
         for pose, paint in ((0, AT_REST), (2 * k + 1, FORTH), (2 * k + 2, BACK)):
-            draw_instant(axes, links, aside, *poses[pose], **paint)
+            draw_instant(axes, links, aside, *poses[pose][:-1], **paint)
+            draw_marks(axes, links, poses[pose][-1], shifts[pose], **paint)
         axes.set_title(title_of(mode, k), fontsize="small", color="#B00000" if mode.kinds[k] == "unstable" else "black")
         axes.set_aspect("equal")
         largest = max(np.ptp(drawn.real), np.ptp(drawn.imag))
@@ -94,7 +110,7 @@ def main():
     require_outputs([("--plot", given.plot)], [scene_file(given.scene)])
     with notes_by(say):
         scene = Scene.from_file(given.scene)
-        mode = modes(scene, read_numbers("--q", given.q, ValueError))
+        mode = modes(scene, read_numbers("--q", given.q, ValueError), tau=read_torques("--tau", given.tau, ValueError), friction=given.friction)
     name = os.path.basename(given.scene)
     text = f"{name} at q = {', '.join(f'{angle:.6g}' for angle in mode.q)}\n" * (len(mode.q) <= MOST) + f"{mode}\n"
     if given.plot:

@@ -15,6 +15,8 @@ FREE = 0.06                    # of the drawing's size, on each side of what is 
 GREY = "#7F7F7F"
 CART = {"linestyle": "", "marker": [(-1.6, -1), (1.6, -1), (1.6, 1), (-1.6, 1), (-1.6, -1)], "markersize": 16, "markerfacecolor": "none"}
 MASS = {"linestyle": ":", "marker": "s", "markersize": 6, "markevery": [-1]}  # and its lever
+SPRING = {"linestyle": "--", "linewidth": 0.8, "zorder": 1.5}
+FRAME = {"linestyle": "", "marker": "x", "markersize": 7, "markeredgewidth": 1.2}
 AXIS = {"linewidth": 5, "alpha": 0.35, "solid_capstyle": "butt", "zorder": 1}
 BOX = [-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j, -1 - 1j]  # on it, at the point of the link that moves along it
 
@@ -22,7 +24,9 @@ BOX = [-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j, -1 - 1j]  # on it, at the point of the 
 class Links:
     """pin, com: of each link in chain order, complex, m. names; joints: theirs. moves: the base does. axis: of a prismatic joint in the frame
     of the link before, complex; 0 of others. leading: how many prismatic joints are first. carts: the same, or 0 for a free chain.
-    inner: the prismatic joints further on. limits: lower and upper ones, m. pinned: the tip is."""
+    inner: the prismatic joints further on. limits: lower and upper ones, m. pinned: the tip is.
+    grounds: the points of the ground to which springs tie links, complex, m. marked, marks: the link and the point of each spring, then of
+    each frame."""
 
     def __init__(self, scene):
         chain = read_chain(scene)
@@ -36,6 +40,10 @@ class Links:
         self.limits = np.array([[link["joint"].get(key) for key in ("lower", "upper")] for link in links], dtype=float)  # NaN: none
         is_free = names[:2] == [name + axis for name in names[2:3] for axis in ("_x", "_y")]
         self.carts = 0 if is_free else self.leading
+        springs, frames = chain.get("springs", {}).values(), chain.get("frames", {}).values()
+        self.grounds = np.array([complex(*spring["ground"]) for spring in springs], dtype=complex)
+        self.marked = [names.index(one["link"]) for one in (*springs, *frames)]
+        self.marks = np.array([complex(*one["point"]) for one in (*springs, *frames)], dtype=complex)
         self.pin, self.com = (np.array([complex(*link[key]) for link in links]) for key in ("pin", "com"))
 
 
@@ -77,6 +85,11 @@ def spans_of(links, q):
     low, high = np.minimum(q.min(axis=0, initial=0), 0), np.maximum(q.max(axis=0, initial=0), 0)
     limits = np.where(np.isnan(links.limits[links.inner]), np.column_stack([low, high]), links.limits[links.inner])
     return np.clip(limits, (low - reach)[:, np.newaxis], (high + reach)[:, np.newaxis])
+
+
+def marks_of(links, base, q):
+    """The points of springs and frames at each instant: instants × points."""
+    return pins(links, base, q)[2][:, links.marked] + rotations(links, base, q)[:, links.marked] * links.marks
 
 
 def is_aside(links, reach):
@@ -126,6 +139,14 @@ def draw_instant(axes, links, aside, chain, coms, starts, along, **paint):
         axes.plot([carts[-1].real, chain[0].real], [carts[-1].imag, chain[0].imag], linewidth=0.6, color=GREY, zorder=0)
 
 
+def draw_marks(axes, links, marks, shift, **paint):
+    """marks: a row of marks_of(). shift: of this instant, m."""
+    for x, ground in zip(marks, links.grounds + shift):
+        axes.plot([ground.real, x.real], [ground.imag, x.imag], **SPRING, **paint)
+    frames = marks[len(links.grounds):]
+    axes.plot(frames.real, frames.imag, **FRAME, **paint)
+
+
 def box(angle):
     """The marker of a link on its axis, which has this angle."""
     corners = np.exp(1j * angle) * np.array(BOX)
@@ -141,12 +162,13 @@ def draw_strobe(motion, links, times, apart, title):
     now = at(motion, base, times), at(motion, motion.q, times)
     points, coms, starts = (each + shift for each in pins(links, *now))
     along = axes_of(links, *now, spans_of(links, motion.q[seen])) + shift[..., np.newaxis]
+    marks, grounds = marks_of(links, *now) + shift, links.grounds + shift
     tip = np.where(seen, pins(links, base, motion.q)[0][:, -1] + np.interp(motion.t, times, shift[:, 0]), np.nan)
     trail = np.insert(tip, sorted(motion.events), np.nan)
     aside = np.flatnonzero(is_aside(links, np.sum(abs(links.pin))))
 
     figure, axes, bar = frame(np.concatenate([points.ravel(), tip[seen], coms[:, aside].ravel(), starts[:, :links.carts].ravel(),
-                                              starts[:, links.inner].ravel(), along.ravel()]),
+                                              starts[:, links.inner].ravel(), along.ravel(), marks.ravel(), grounds.ravel()]),
                               np.sum(abs(links.pin)) or 1.0)
 
     # Light is early, dark is late; neither end fades into a white or a black page.
@@ -156,8 +178,14 @@ def draw_strobe(motion, links, times, apart, title):
     if not stays:
         name = "tip" if links.pin[-1] else "last joint"  # of a URDF without a frame beyond
         axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="path of the " + name)
-    for t, *instant in zip(times, points, coms, starts, along):
+    for t, by, its_marks, *instant in zip(times, shift[:, 0], marks, points, coms, starts, along):
         draw_instant(axes, links, aside, *instant, color=colour(span(t)))
+        draw_marks(axes, links, its_marks, by, color=colour(span(t)))
+    if len(links.grounds):
+        axes.plot([], [], color=GREY, label="spring to the ground", **SPRING)
+        axes.plot(grounds.real, grounds.imag, "^", markersize=6, color=GREY, zorder=0)
+    if len(links.marks) > len(links.grounds):
+        axes.plot([], [], color=GREY, label="frame", **FRAME)
     if links.carts:
         axes.plot([], [], color=GREY, label="cart", **CART)
     elif not links.leading:

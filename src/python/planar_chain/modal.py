@@ -10,7 +10,8 @@ import warnings
 
 import numpy as np
 
-from planar_chain import Refused, equations, equilibrium, inverse_dynamics, linearize
+from planar_chain import Refused, equations, equilibrium, inverse_dynamics
+from planar_chain._core import _operating_point
 
 NEAR = 1e-5       # rad, m: a pose may be so far from its equilibrium
 STARTS = 1e-10    # rad/s², m/s²: or begin to move with so much
@@ -57,22 +58,28 @@ def shown(x):
     return f"{x.real:.3g}" if abs(x.imag) < 0.01 * max(abs(x), 0.01) else f"{abs(x):.3g} at {np.degrees(np.angle(x)):.0f}°"
 
 
-def modes(scene, q=None, t=0.0):
+def modes(scene, q=None, t=0.0, tau=None, friction="acts"):
     """Returns the Modes at the equilibrium q (rad, m), by default that of equilibrium(), with loads, drives and base as at time t (s).
-    What drives, friction or the tip hold does not move. Raises ValueError for a pose that is no equilibrium."""
-    q = equilibrium(scene, t=t) if q is None else np.array(q, dtype=float)
+
+    tau: torques that act there beside all else, n, N m; "holding": those that hold q. With them, q is by default that of the first state.
+    friction="slips": joints slip, without friction. Otherwise what friction holds does not move, nor what drives or the tip hold.
+    Lags of motors are left out: each adds the mode −1/T alone. Raises ValueError for a pose that is no equilibrium."""
+    q = (equilibrium(scene, t=t) if tau is None else None) if q is None else np.array(q, dtype=float)
     rest = np.zeros(len(scene))
     try:
         at = equations(scene, q, rest, t)
         q = at["q"]  # to which a closed chain is moved
-        with warnings.catch_warnings():  # what is no equilibrium, or stuck, is told here
-            warnings.simplefilter("ignore")
-            A, B = linearize(scene, q, rest, t=t)
-        torques = inverse_dynamics(scene, rest, q, rest, t)
+        with warnings.catch_warnings(record=True) as notes:
+            warnings.simplefilter("always")
+            (A, B), tau, _ = _operating_point(scene, q, rest, tau, friction, t, False)
+        torques = inverse_dynamics(scene, rest, q, rest, t) - tau
     except Refused as refused:
         if not str(refused).startswith("qd"):
             raise
         raise ValueError(f"expected drives, base and tip at rest at t = {t:g} s, got a motion ({refused})") from None
+    for note in notes:
+        if str(note.message).startswith("tau"):  # others are said here, or in poles
+            warnings.warn(note.message, stacklevel=2)
     n = len(scene)
     K, D, B = -at["M"] @ A[n:, :n], -at["M"] @ A[n:, n:], B[n:]
     N = motions_left(B, at.get("J_c", np.zeros((0, n))))

@@ -1,4 +1,4 @@
-from typing import List, Optional
+from typing import List, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,4 +14,5 @@ class Modes:
     kinds: List[str]
     poles: NDArray[np.complex128]
 
-def modes(scene: Scene, q: Optional[ArrayLike] = ..., t: float = ...) -> Modes: ...
+def modes(scene: Scene, q: Optional[ArrayLike] = ..., t: float = ..., tau: Union[None, str, ArrayLike] = ...,
+          friction: str = ...) -> Modes: ...
