@@ -254,7 +254,12 @@ class Values(InFolder):
             return np.array(matrix.xreplace(at).evalf().tolist(), dtype=float)
 
         free = [i for i in range(n) if i not in state.formulas.driven]
-        change = np.hstack([T @ number(of.K_theta) @ T.T + number(of.K_tau), T @ number(of.D_theta) @ T.T + number(of.D_tau), np.eye(n)])
+        K_theta, D_theta = number(of.K_theta), number(of.D_theta)
+        for force, gradients in zip(state.formulas.point_forces, of.points):
+            J, W, by_place, by_velocity = map(number, (*gradients, force.by_place, force.by_velocity))
+            K_theta += J.T @ (by_place @ J + by_velocity @ W)
+            D_theta += J.T @ by_velocity @ J
+        change = np.hstack([T @ K_theta @ T.T + number(of.K_tau), T @ D_theta @ T.T + number(of.D_tau), np.eye(n)])
         lower, J_c = np.zeros((n, 3 * n)), state.expected["J_c"][:, free] if state.formulas.chain.rows else np.zeros((0, len(free)))
         of_tip = np.hstack([number(of.K_c) @ T.T, number(of.D_c) @ T.T, np.zeros((len(J_c), n))]) if len(J_c) else np.zeros((0, 3 * n))
         bordered = np.block([[state.expected["M"][np.ix_(free, free)], J_c.T], [J_c, np.zeros((len(J_c), len(J_c)))]])
@@ -378,6 +383,18 @@ class Letters(unittest.TestCase):
         numbers = of.with_numbers().closed
         self.assertEqual(numbers.M_theta.free_symbols | numbers.f_theta.free_symbols, {*of.theta, *of.omega})
 
+    def test_drag_and_springs_are_written_as_on_paper(self):
+        """A mass on a spring without rest length, in the air: m q̈ = −m g − k q − c |q̇| q̇."""
+        mass = {"mass": 1.0, "drag": 0.5, "joint": {"type": "prismatic", "axis": [0, 1]}}
+        of = formulas(Scene({"chain": ["a"], "links": {"a": mass}, "springs": {"s": {"link": "a", "ground": [0, 0], "stiffness": 9}}}))
+        letter = {symbol.name: symbol for symbol in of.letters}
+        m, c, k, g, q, qd = (*(letter[name] for name in "m_1 ca_1 spring_s_stiffness g".split()), of.q[0], of.qd[0])
+        for form in (of.closed, of):
+            self.assertEqual(sp.simplify(of.in_q(form.f)[0] - (-m * g - k * q - c * sp.Abs(qd) * qd)), 0)
+        text = Document(formulas(Scene.from_file("bungee")), "it", None, True).text()
+        for words in (r"S^+_{\mathrm{rope}} &=", r"|v|_{3} &= \sqrt{", r"(\partial F_x/\partial s_y)_{\mathrm{rope}} &=", "G_{3} &="):
+            self.assertIn(words, text)
+
     def test_what_cannot_be_written_is_refused_by_name(self):
         with self.assertRaisesRegex(NoFormula, "chain: expected at most 10 links, got 11.*src/recursion/articulated.h"):
             formulas(Scene.from_file("crane"))
@@ -401,8 +418,8 @@ class Tool(InFolder):
         for more, argument in (((), "&two_scene, "), (("--numbers",), "")):
             self.assertEqual(self.tool("double_pendulum", "--format", "c", "--linearize", "--output", "two.c", *more), "written to two.c and two.h\n")
             with open(self.path("main.cpp"), "w", encoding="ascii") as file:
-                file.write('#include "two.h"\n#include "two.h"\nint main() {\n  double q[2] = {1, 2}, qd[2] = {}, M[2][2], A[4][4];\n'
-                           f"  two_M({argument}0, q, qd, M);\n  two_A({argument}0, q, qd, A);\n  return M[0][1] == M[1][0] && A[0][2] == 1 ? 7 : 1;\n}}\n")
+                file.write('#include "two.h"\n#include "two.h"\nint main() {\n  double q[2] = {1, 2}, qd[2] = {}, tau[2] = {}, M[2][2], A[4][4];\n'
+                           f"  two_M({argument}0, q, qd, M);\n  two_A({argument}0, q, qd, tau, A);\n  return M[0][1] == M[1][0] && A[0][2] == 1 ? 7 : 1;\n}}\n")
             for command in (["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-include", "two.h", "-c", "-o", "alone.o", "-x", "c", "/dev/null"],
                             ["gcc", "-std=c99", "-c", "two.c"], ["g++", "-Wall", "-Wextra", "-Werror", "main.cpp", "two.o", "-o", "two", "-lm"]):
                 subprocess.run(command, check=True, cwd=self.folder)
@@ -422,6 +439,8 @@ class Tool(InFolder):
         self.assertIn("kg m^2", text)
         self.assertNotIn("p->", self.tool("double_pendulum", "--format", "c", "--numbers"))
         self.assertIn("function [M, f, qdd] = double_pendulum(t, q, qd, p)", self.tool("double_pendulum", "--format", "matlab", "--output", "-"))
+        self.assertIn("[M, f, qdd, A, B] = double_pendulum(t, q, qd, p, tau)", self.tool("double_pendulum", "--format", "matlab", "--linearize"))
+        self.assertIn("def A(xp, t, q, qd, tau=None):", self.tool("double_pendulum", "--format", "python", "--numbers", "--linearize"))
         self.assertIn("def qdd(xp, t, q, qd):", self.tool("double_pendulum", "--format", "python", "--numbers"))
 
     def test_a_urdf_is_a_scene(self):

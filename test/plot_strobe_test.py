@@ -42,6 +42,25 @@ class Strobe(PlotTool):
         np.testing.assert_allclose(points[0], 3 + 4j + 0.6 * np.arange(5) * np.exp(0.1j), atol=1e-14)
         self.assertEqual((free.leading, free.carts), (2, 0))
 
+    def test_strobe_draws_springs_to_the_ground_and_frames(self):
+        scene, table = self.path("tied.yaml"), self.path("run.csv")
+        arm = {"mass": 1, "inertia": 0.1, "com": [0.3, 0], "pin": [0.6, 0]}
+        spring = {"link": "b", "point": [0.1, 0.2], "ground": [1, -2], "stiffness": 10}
+        frames = {"gripper": {"link": "b", "point": [0.5, 0.1], "angle": 1.0}, "elbow": {"link": "a", "point": [0.6, 0]}}
+        with open(scene, "w", encoding="utf-8") as file:
+            yaml.safe_dump({"chain": ["a", "b"], "links": {"a": arm, "b": arm}, "springs": {"rope": spring}, "frames": frames}, file)
+        links = plot_strobe.Links(scene)
+        elbow, turn = 0.6 * np.exp(0.3j), np.exp(0.8j)
+        by_name = dict(zip(["rope", *sorted(frames, key=list(read_chain(scene)["frames"]).index)],
+                           plot_strobe.marks_of(links, np.zeros((1, 3)), np.array([[0.3, 0.5]]))[0]))
+        for name, place in {"rope": elbow + turn * (0.1 + 0.2j), "gripper": elbow + turn * (0.5 + 0.1j), "elbow": elbow}.items():
+            self.assertAlmostEqual(by_name[name], place, delta=1e-15)
+        self.assertEqual(self.run_tool("simulate", scene, "--duration", "0.2", "--csv", table).returncode, 0)
+        figure = plot.strobe(plot.read_csv(table), scene, [0.0, 0.2], 2.0, "")
+        self.assertLessEqual({"spring to the ground", "frame"}, {text.get_text() for text in figure.legends[0].get_texts()})
+        springs = [line.get_xydata() for line in figure.axes[0].lines if line.get_linestyle() == "--" and len(line.get_xdata())]
+        np.testing.assert_allclose([line[0] for line in springs], [[1, -2], [3, -2]])
+
     def test_strobe_draws_a_telescope_along_its_axis(self):
         scene = self.path("telescope.yaml")
         arm, rod = {"mass": 1, "inertia": 0.1, "com": [0.3, 0], "pin": [0.6, 0.1]}, {"mass": 1, "inertia": 0.1, "com": [-0.1, 0], "pin": [0.3, 0]}

@@ -55,6 +55,11 @@ $\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$, and $\varphi$ th
 about which $A$ and $B$ are: $M \ddot{q} = f + \tau^* + J_c^T \varphi$. """
 
 
+POINTS = r""" A force on a point, of air drag or a spring to the ground, adds
+$G^T (\partial F/\partial s\,G + \partial F/\partial v\,W)$ to $K_\theta$ and $G^T \partial F/\partial v\,G$ to $D_\theta$. $G$ and $W$ are
+the derivatives of the point's place and velocity by $\theta_i$. """
+
+
 def as_text(words):
     """Words of a scene as LaTeX's text."""
     for character, command in (("\\", r"\textbackslash "), ("_", r"\_"), ("%", r"\%"), ("&", r"\&"), ("#", r"\#"), ("$", r"\$"),
@@ -189,9 +194,12 @@ class Document:
         return "\\subsection*{Angles and given motions}\n" + self.block(lines) + self._point_forces()
 
     def _point_forces(self):
-        blocks = [self.block([self.equation(self.tex(symbol), value) for symbol, value in force.defined().items()]) for force in self.of.point_forces]
-        return "\\subsection*{Air drag and springs to the ground}\nEach with its point's velocity $v$, and its force $F$ on the link.\n" * bool(
-            blocks) + "\n".join(blocks)
+        if not self.of.point_forces:
+            return ""
+        return ("\\subsection*{Air drag and springs to the ground}\nEach with the velocity $v$ of its point, the vector $s$ from the ground to it, "
+                "and the force $F$ on the link.\n" + "\n".join(self.block([self.equation(self.tex(symbol), value)
+                                                                     for symbol, value in force.defined().items()])
+                                                         for force in self.of.point_forces))
 
     def _steps(self):
         """The matrices of the notes."""
@@ -281,7 +289,10 @@ class Document:
         blocks = [self.block(self.matrix(*named)) for named in ((r"K_\theta", of.K_theta), (r"D_\theta", of.D_theta),
                                                                 (r"K_\tau", of.K_tau), (r"D_\tau", of.D_tau),
                                                                 ("K_c", of.K_c), ("D_c", of.D_c))]
-        blocks += [self.block([self.equation(self.tex(symbol), value) for symbol, value in force.tangents.items()])
-                   for force in self.of.point_forces]
+        if of.points:
+            remark += POINTS
+        for force, pair in zip(self.of.point_forces, of.points):
+            blocks += [self.block(self.matrix(f"{name}_{{{force.index}}}", value)) for name, value in zip("GW", pair)]
+            blocks += [self.block([self.equation(self.tex(symbol), value) for symbol, value in force.tangents.items()])]
         rules = CLOSED_NEAR_A_STATE if self.of.chain.rows else NEAR_A_STATE
         return "\n".join(["\\subsection*{Near a state}", rules + remark.lstrip(), *blocks, "A matrix that is not printed is zero.\n"])

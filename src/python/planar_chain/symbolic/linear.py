@@ -25,15 +25,11 @@ def linear(of):
 
         K = ∂(f − M q̈ + J_cᵀ φ)/∂q = T K_θ Tᵀ + K_τ        D = ∂f/∂q̇ = T D_θ Tᵀ + D_τ
 
-    and of a tip that is held K_c and D_c, with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
+    points: J and W of each of point_forces, ∂X/∂x and ∂v/∂x, 2 × n. It adds Jᵀ (∂F/∂X J + ∂F/∂v W) to K_θ, Jᵀ ∂F/∂v J to D_θ.
+    Of a tip that is held K_c and D_c, with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
     beta: ẍ of the state (coordinates.py), as the torques have it about which A and B are. K_τ and D_τ are diagonal, and 0 at driven joints."""
     n, loads, inertia, tip, c = len(of.q), of.closed.loads_theta, of.closed.M_theta, of.closed.J_theta, of.closed.c
     beta, x, xd = state_symbols("beta", n), of.chain.x, of.chain.xd
-    by_place, by_velocity = sp.zeros(n, n), sp.zeros(n, n)  # of air drag and springs to the ground
-    for force in of.point_forces:
-        J, W = force.gradients(x)
-        turned, moved = force.changes(J, W)
-        by_place, by_velocity = by_place + J.T * turned, by_velocity + J.T * moved
 
     def by_angle(i, j):
         return slope(loads[i], x[j]) - sp.Add(*(slope(inertia[i, k], x[j]) * beta[k] for k in range(n))) + sp.Add(
@@ -46,7 +42,7 @@ def linear(of):
         return sp.diag(*(0 if j in of.driven else slope(of.tau[j], by[j]) for j in range(n)))
 
     return types.SimpleNamespace(
-        beta=beta, K_theta=sp.Matrix(n, n, by_angle) + by_place,
-        D_theta=sp.Matrix(n, n, lambda i, j: slope(loads[i], xd[j])) + by_velocity,
+        beta=beta, K_theta=sp.Matrix(n, n, by_angle), D_theta=sp.Matrix(n, n, lambda i, j: slope(loads[i], xd[j])),
+        points=[tuple(force.gradients(x)) for force in of.point_forces],
         K_c=sp.Matrix(tip.rows, n, of_tip), D_c=sp.Matrix(tip.rows, n, lambda k, j: slope(c[k], xd[j])),
         K_tau=of_torques(of.q), D_tau=of_torques(of.qd))

@@ -22,7 +22,7 @@ AXES = "xy"
 class PointForce:
     """place, velocity: X and v, in terms of x and ẋ of the chain. steps: {symbol: expression} in their order, of what leads to F;
     the first ones, `start`, are X and v. F: symbols. by_place, by_velocity: ∂F/∂X and ∂F/∂v, of symbols that `tangents` defines.
-    latex: of all symbols."""
+    latex: of all symbols. index: of those."""
     place: sp.Matrix
     velocity: sp.Matrix
     start: dict
@@ -32,6 +32,7 @@ class PointForce:
     by_velocity: sp.Matrix
     tangents: dict
     latex: dict
+    index: str
 
     def applied(self, put):
         """The same force with put() applied to all expressions."""
@@ -89,7 +90,7 @@ def drag(c, place, velocity, name, index):
     of_force = steps.taken()
     n = steps.put("n", nonzero(speed), "n")
     by_velocity = steps.derivative(-c * (speed * sp.eye(2) + v * v.T / n), "v", "v")
-    return PointForce(place, velocity, start, of_force, F, sp.zeros(2, 2), by_velocity, steps.taken(), steps.latex)
+    return PointForce(place, velocity, start, of_force, F, sp.zeros(2, 2), by_velocity, steps.taken(), steps.latex, index)
 
 
 def spring(numbers, goes_slack, place, velocity, name, index):
@@ -102,7 +103,7 @@ def spring(numbers, goes_slack, place, velocity, name, index):
         F = steps.vector("F", -k * s - d * v, "F")
         of_force = steps.taken()
         by_place, by_velocity = (steps.derivative(-number * sp.eye(2), *names) for number, names in ((k, ("s", "s")), (d, ("v", "v"))))
-        return PointForce(place, velocity, start, of_force, F, by_place, by_velocity, steps.taken(), steps.latex)
+        return PointForce(place, velocity, start, of_force, F, by_place, by_velocity, steps.taken(), steps.latex, index)
     L = steps.put("L", sp.sqrt(s[0] ** 2 + s[1] ** 2), "L")
     n = steps.put("n", nonzero(L), "n")
     u = steps.vector("u", s / n, "u")
@@ -117,4 +118,4 @@ def spring(numbers, goes_slack, place, velocity, name, index):
     w = steps.vector("w", (pulls * k - across) * u + pulls * d * (v - rate * u) / n, "w")
     by_place = steps.derivative(-(across * sp.eye(2) + u * w.T), "s", "s")
     by_velocity = steps.derivative(-pulls * d * u * u.T, "v", "v")
-    return PointForce(place, velocity, start, of_force, F, by_place, by_velocity, steps.taken(), steps.latex)
+    return PointForce(place, velocity, start, of_force, F, by_place, by_velocity, steps.taken(), steps.latex, index)
