@@ -110,7 +110,9 @@ def curves(scene, given):
             of, name = H[:, i, j], f"{output} from {source}"
             if not responds[i, j]:
                 say(f"{name}: no response")
-            pairs.append((name, 20 * np.log10(abs(of)), np.degrees(np.unwrap(np.angle(of)))))
+            phase, is_there = np.full(len(of), np.nan), ~np.isnan(of)
+            phase[is_there] = np.degrees(np.unwrap(np.angle(of[is_there])))
+            pairs.append((name, 20 * np.log10(abs(of)), phase))
     return hertz, pairs
 
 
@@ -130,10 +132,13 @@ def draw(hertz, pairs, title):
     figure, (upper, lower) = pyplot.subplots(2, sharex=True, figsize=(7.5, 6), constrained_layout=True)
     figure.suptitle(title)
     for name, magnitude, phase in pairs:
-        upper.semilogx(hertz, magnitude, label=name + ": no response" * bool(np.isnan(magnitude).all()))
+        if np.isnan(magnitude).all():
+            upper.plot([], [], " ", label=name + ": no response")
+            continue
+        upper.semilogx(hertz, magnitude, label=name)
         lower.semilogx(hertz, phase)
     upper.set_ylabel("magnitude (dB)")
-    lower.set(xlabel="frequency (Hz)", ylabel="phase (°)")
+    lower.set(xlabel="frequency (Hz)", ylabel="phase (°)", xscale="log", xlim=(hertz[0], hertz[-1]))
     lower.yaxis.set_major_locator(pyplot.MaxNLocator(steps=[1, 1.5, 3, 4.5, 9, 10]))
     upper.legend(fontsize="small")
     for axes in (upper, lower):

@@ -21,7 +21,8 @@ except ImportError as missing:
     sys.exit(f"modes: {missing}")
 
 MOST = 12  # panels
-COLUMNS, PANEL, WIDEST, WIDTH = 4, 2.6, 4.5, 7.5  # inch: of a panel at least and at most; of the drawing at least
+COLUMNS, PANEL, WIDEST, WIDTH = 4, 2.6, 4.5, 7.5  # inch: width of a panel at least and at most; of the drawing at least
+ABOVE, HIGHEST = 0.5, 1.5     # inch: of a panel's title and numbers; its height, of its width
 SWING, BEND = 0.2, 0.6        # of the reach: the way of the pin that moves most; rad: most in a joint
 ALONG, BESIDE = 0.05, 0.25    # of the reach: pins that move less across their links cover them; so far beside it is then drawn
 FREE, SLIM = 0.08, 0.6        # of the drawing's larger side: around it; the smaller side at least
@@ -83,8 +84,12 @@ def draw(scene, mode, title):
     drawn = np.concatenate([part.ravel() for pose in poses for part in pose] + [links.grounds])
     aside = np.flatnonzero(is_aside(links, reach))
     rows, columns = -(-count // COLUMNS), min(count, COLUMNS)
-    panel = np.clip(WIDTH / columns, PANEL, WIDEST)
-    figure, panels = pyplot.subplots(rows, columns, figsize=(panel * columns, panel * rows + 0.4), squeeze=False, constrained_layout=True)
+    largest = max(np.ptp(drawn.real), np.ptp(drawn.imag))
+    middles, halves = np.array([((part.min() + part.max()) / 2, max(np.ptp(part), SLIM * largest) / 2 + FREE * largest)
+                                for part in (drawn.real, drawn.imag)]).T
+    width = np.clip(WIDTH / columns, PANEL, WIDEST)
+    height = width * min(halves[1] / halves[0], HIGHEST) + ABOVE
+    figure, panels = pyplot.subplots(rows, columns, figsize=(width * columns, height * rows), squeeze=False, constrained_layout=True)
     figure.suptitle(title, fontsize="medium")
     for k, axes in enumerate(panels.flat):
         if k >= count:
@@ -95,9 +100,7 @@ def draw(scene, mode, title):
             draw_marks(axes, links, poses[pose][-1], shifts[pose], **paint)
         axes.set_title(title_of(mode, k), fontsize="small", color="#B00000" if mode.kinds[k] == "unstable" else "black")
         axes.set_aspect("equal")
-        largest = max(np.ptp(drawn.real), np.ptp(drawn.imag))
-        for values, limit in ((drawn.real, axes.set_xlim), (drawn.imag, axes.set_ylim)):
-            half, middle = max(np.ptp(values), SLIM * largest) / 2 + FREE * largest, (values.min() + values.max()) / 2
+        for middle, half, limit in zip(middles, halves, (axes.set_xlim, axes.set_ylim)):
             limit(middle - half, middle + half)
         axes.tick_params(labelsize="x-small")
         axes.grid(alpha=0.3)
