@@ -125,6 +125,8 @@ class KnownModes(unittest.TestCase):
         np.testing.assert_allclose(omegas(modes(pendulum, tau=[G * np.cos(np.pi / 6)])), [rate], rtol=1e-12)
         with self.assertRaisesRegex(ValueError, "got a pose that 2.49571 N m in a_joint would have to hold"):
             modes(pendulum, tau=[6.0])
+        run = subprocess.run([os.path.join(BIN, "modes"), "pendulum", "--q", "0", "--tau", "holding"], stdout=subprocess.PIPE, check=True)
+        self.assertRegex(run.stdout.decode(), r"^pendulum at q = 0; tau = [0-9.]+\n")
 
     def test_other_poses_are_refused_with_what_is_left(self):
         pendulum = Scene({"chain": ["a"], "links": {"a": rod(1.0, 2.0)}})

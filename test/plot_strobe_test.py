@@ -135,6 +135,7 @@ class Strobe(PlotTool):
         links.moves, links.pinned, links.joints, links.pin, links.com = False, False, ["a"], np.array([-2j]), np.array([-1j])
         links.axis, links.leading, links.carts = np.zeros(1), 0, 0
         links.inner, links.limits = np.array([], dtype=int), np.full((1, 2), np.nan)
+        links.grounds, links.marked, links.marks = np.array([]), [], np.array([])
         for apart in (0.0, 5.0):
             figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
             axes, bar = figure.axes

@@ -24,7 +24,8 @@ MOST = 12  # panels
 COLUMNS, PANEL, WIDEST, WIDTH = 4, 2.6, 4.5, 7.5  # inch: width of a panel at least and at most; of the drawing at least
 ABOVE, HIGHEST = 0.5, 1.5     # inch: of a panel's title and numbers; its height, of its width
 SWING, BEND = 0.2, 0.6        # of the reach: the way of the pin that moves most; rad: most in a joint
-ALONG, BESIDE = 0.05, 0.25    # of the reach: pins that move less across their links cover them; so far beside it is then drawn
+ALONG, BESIDE = 0.2, 0.25     # a swing with a smaller share across the links covers the chain: so far beside it, of the reach, it is drawn
+SMALL = 1e-4                  # of a shape: it moves pins in proportion
 FREE, SLIM = 0.08, 0.6        # of the drawing's larger side: around it; the smaller side at least
 AT_REST, FORTH, BACK = {"color": "#7F7F7F"}, {"color": "#0072B2"}, {"color": "#D55E00"}
 
@@ -39,23 +40,28 @@ def arguments():
     return parser.parse_args()
 
 
+def ways(links, q, shapes):
+    """The pins at rest; how each shape moves them, row by row."""
+    from plot_strobe import pins  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
+    at = pins(links, np.zeros((shapes.shape[1] + 1, 3)), np.array([q, *(q + SMALL * shape for shape in shapes.T)]))[0]
+    return at[0], (at[1:] - at[0]) / SMALL
+
+
 def deflections(links, q, shapes):
     """The ± amplitude of each mode, n × k: as large as SWING and BEND allow."""
-    from plot_strobe import pins  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
     reach = np.sum(abs(links.pin)) or 1.0
-    small = 1e-4
-    way = [abs(np.subtract(*pins(links, np.zeros((2, 3)), np.array([q + small * shape, q]))[0])).max() / small for shape in shapes.T]
+    way = abs(ways(links, q, shapes)[1]).max(axis=1)
     turn = np.abs(np.where(links.axis[:, np.newaxis] == 0, shapes, 0)).max(axis=0)
     return shapes * np.minimum(SWING * reach / np.maximum(way, 1e-300), BEND / np.maximum(turn, 1e-300))
 
 
-def beside(pose, rest, reach):
-    """The way, complex, m, by which a pose is moved that covers the chain at rest: none, or half of this to the side."""
-    links, moves = np.diff(rest[0]), (pose[0] - rest[0])[1:]
-    sizes = np.maximum(abs(links), 1e-300)
-    covers = len(links) and abs((moves * links.conj()).imag / sizes).max() < ALONG * reach
-    is_upright = np.ptp(rest[0].imag) > np.ptp(rest[0].real)
-    return covers * BESIDE * reach * (1 if is_upright else 1j)
+def beside(links, q, shapes):
+    """The way, complex, m, by which the chain is drawn beside itself in each mode: 0 unless it moves along its links."""
+    rest, moves = ways(links, q, shapes)
+    along = np.diff(rest)
+    across = abs((moves[:, 1:] * along.conj()).imag / np.maximum(abs(along), 1e-300)).max(axis=1, initial=0)
+    covers = (across < ALONG * abs(moves).max(axis=1)) * (len(along) > 0)
+    return covers * BESIDE * np.sum(abs(links.pin)) * (1 if np.ptp(rest.imag) > np.ptp(rest.real) else 1j)
 
 
 def title_of(mode, k):
@@ -79,7 +85,7 @@ def draw(scene, mode, title):
     q = np.vstack([mode.q, *(mode.q + sign * a[:, k] for k in range(count) for sign in (1, -1))])
     base = np.zeros((len(q), 3))
     poses = list(zip(*pins(links, base, q), axes_of(links, base, q, spans_of(links, q)), marks_of(links, base, q)))
-    shifts = [0, *(sign * beside(poses[2 * k + 1], poses[0], reach) for k in range(count) for sign in (1, -1))]
+    shifts = [0, *np.outer(beside(links, mode.q, a), [1, -1]).ravel()]
     poses = [[part + shift for part in pose] for pose, shift in zip(poses, shifts)]
     drawn = np.concatenate([part.ravel() for pose in poses for part in pose] + [links.grounds])
     aside = np.flatnonzero(is_aside(links, reach))
@@ -115,7 +121,9 @@ def main():
         scene = Scene.from_file(given.scene)
         mode = modes(scene, read_numbers("--q", given.q, ValueError), tau=read_torques("--tau", given.tau, ValueError), friction=given.friction)
     name = os.path.basename(given.scene)
-    text = f"{name} at q = {', '.join(f'{angle:.6g}' for angle in mode.q)}\n" * (len(mode.q) <= MOST) + f"{mode}\n"
+    about = [f"{letter} = {', '.join(f'{number:.6g}' for number in numbers)}" for letter, numbers in (("q", mode.q), ("tau", mode.tau))
+             if letter == "q" or numbers.any()]
+    text = f"{name} at {'; '.join(about)}\n" * (len(mode.q) <= MOST) + f"{mode}\n"
     if given.plot:
         count = len(mode.kinds)
         save_picture(draw(given.scene, mode, f"modes of {name}, m" + f" (the first {MOST} of {count})" * (count > MOST)), given.plot, dpi=130)

@@ -21,7 +21,7 @@ FEW = 12          # joints whose shapes are printed
 
 
 class Modes:
-    """q            the equilibrium, n: rad, m
+    """q, tau       the equilibrium, n: rad, m; the torques that hold it beside all else, n, N m
     frequencies  |s|/2π of each mode, k, in rising order, Hz
     damping      −Re s/|s|, the damping ratios, k. Below 0: the mode grows
     shapes       n × k: relative q of all joints, rad or m; the largest is 1. Complex if joints swing out of phase
@@ -30,9 +30,9 @@ class Modes:
     poles        s, k, 1/s. Of a pair only that with Im s > 0
     joints       names of the n joints"""
 
-    def __init__(self, q, joints, poles, shapes, is_damped):
+    def __init__(self, q, tau, joints, poles, shapes, is_damped):
         order = np.argsort(abs(poles), kind="stable")
-        self.q, self.joints, self.poles = q, joints, poles[order]
+        self.q, self.tau, self.joints, self.poles = q, tau, joints, poles[order]
         size = abs(self.poles)
         self.frequencies = size / (2 * np.pi)
         self.damping = -self.poles.real / np.where(size == 0, 1, size) + 0.0
@@ -78,7 +78,7 @@ def modes(scene, q=None, t=0.0, tau=None, friction="acts"):
             raise
         raise ValueError(f"expected drives, base and tip at rest at t = {t:g} s, got a motion ({refused})") from None
     for note in notes:
-        if str(note.message).startswith("tau"):  # others are said here, or in poles
+        if str(note.message).startswith("tau"):  # the others are on what has no mode, or is refused below
             warnings.warn(note.message, stacklevel=2)
     n = len(scene)
     K, D, B = -at["M"] @ A[n:, :n], -at["M"] @ A[n:, n:], B[n:]
@@ -89,7 +89,7 @@ def modes(scene, q=None, t=0.0, tau=None, friction="acts"):
     K, D = N.T @ K @ N, N.T @ D @ N
     require_equilibrium(scene, N, N.T @ at["M"] @ N, K, N.T @ torques)
     poles, y, is_damped = poles_of(L.T @ K @ L, L.T @ D @ L)
-    return Modes(q, scene.joints, poles, N @ L @ y, is_damped)
+    return Modes(q, tau, scene.joints, poles, N @ L @ y, is_damped)
 
 
 def motions_left(B, held):

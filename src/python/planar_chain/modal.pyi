@@ -7,6 +7,7 @@ from ._core import Scene
 
 class Modes:
     q: NDArray[np.float64]
+    tau: NDArray[np.float64]
     joints: List[str]
     frequencies: NDArray[np.float64]
     damping: NDArray[np.float64]
