@@ -14,7 +14,7 @@ import sys
 import warnings
 
 from files import notes_by, require_outputs, require_picture, save_picture, scene_file, writing
-from given import read_numbers, read_torques
+from user_input import read_numbers, read_torques
 try:
     import numpy as np
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from planar_chain import equations
 from planar_chain._core import _operating_point
-from planar_chain.given import read_number
+from planar_chain.user_input import read_number
 
 BASE = "x", "y", "angle"
 FORCES = "force_x", "force_y", "moment"
