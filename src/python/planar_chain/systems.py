@@ -101,9 +101,9 @@ class Plant:
         """Of the base's angle and each joint: the first link that it moves; O or None; d or None."""
         origins = [self.motion(i, [0, 0])[..., :2] for i in range(self.n)]
         ways = []
-        for i, (slides, axis) in enumerate(zip(self.scene.prismatic, self.scene.axes)):
+        for i, (is_prismatic, axis) in enumerate(zip(self.scene.prismatic, self.scene.axes)):
             along = self.motion(i, axis)[..., :2] - origins[i]
-            ways.append((i, None, along) if slides else (i, origins[i], None))
+            ways.append((i, None, along) if is_prismatic else (i, origins[i], None))
         q = [self.state[name][0] for name in ("q", "qd", "qdd")]
         ground = origins[0] - (times(q, ways[0][2]) if self.scene.prismatic[0] else 0)
         return [(0, ground, None), *ways]
