@@ -12,6 +12,7 @@ function(add_tool name source)
   endif()
 endfunction()
 add_tool(equations src/tools/equations.cpp)
+target_sources(${PROJECT_NAME}_equations PRIVATE src/tools/chain_json.cpp)
 add_tool(simulate src/tools/simulate.cpp)
 set_source_files_properties(src/tools/equations.cpp src/tools/simulate.cpp PROPERTIES COMPILE_OPTIONS ${once})
 set_source_files_properties(src/tools/simulate.cpp PROPERTIES

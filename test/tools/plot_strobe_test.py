@@ -49,6 +49,26 @@ class Strobe(PlotTool):
         np.testing.assert_allclose(points[0], 3 + 4j + 0.6 * np.arange(5) * np.exp(0.1j), atol=1e-14)
         self.assertEqual((free.leading, free.carts), (2, 0))
 
+    def test_strobe_draws_springs_to_the_ground_and_frames(self):
+        scene, table = self.path("tied.yaml"), self.path("run.csv")
+        arm = {"mass": 1, "inertia": 0.1, "com": [0.3, 0], "pin": [0.6, 0]}
+        spring = {"link": "b", "point": [0.1, 0.2], "ground": [1, -2], "stiffness": 10}
+        frames = {"gripper": {"link": "b", "point": [0.5, 0.1], "angle": 1.0}, "elbow": {"link": "a", "point": [0.6, 0]}}
+        with open(scene, "w", encoding="utf-8") as file:
+            yaml.safe_dump({"chain": ["a", "b"], "links": {"a": arm, "b": arm}, "springs": {"rope": spring}, "frames": frames}, file)
+        body = body_of(scene)
+        places = Places(body, np.zeros((1, 3)), np.array([[0.3, 0.5]]))
+        elbow, turn = 0.6 * np.exp(0.3j), np.exp(0.8j)
+        for name, place in {"gripper": elbow + turn * (0.5 + 0.1j), "elbow": elbow}.items():
+            self.assertAlmostEqual(places.of(*body.point(name))[0], place, delta=1e-15)
+            self.assertLess(abs(lines_of(places, 1.0)["frames"][0] - place).min(), 1e-15)
+        np.testing.assert_allclose(places.spring_ends(), [[[1 - 2j]], [[elbow + turn * (0.1 + 0.2j)]]], atol=1e-15)
+        self.assertEqual(self.run_tool("simulate", scene, "--duration", "0.2", "--csv", table).returncode, 0)
+        figure = plot.strobe(plot.read_csv(table), scene, [0.0, 0.2], 2.0, "", ["gripper"])
+        self.assertLessEqual({"spring", "frame", "path of gripper"}, {text.get_text() for text in figure.legends[0].get_texts()})
+        anchors = [line.get_xydata().ravel().tolist() for line in figure.axes[0].lines if line.get_markersize() == 5]
+        self.assertEqual(anchors, [[1, -2], [3, -2]])
+
     def test_strobe_draws_a_telescope_along_its_axis(self):
         scene = self.path("telescope.yaml")
         arm, rod = {"mass": 1, "inertia": 0.1, "com": [0.3, 0], "pin": [0.6, 0.1]}, {"mass": 1, "inertia": 0.1, "com": [-0.1, 0], "pin": [0.3, 0]}
@@ -175,15 +195,6 @@ class Strobe(PlotTool):
         self.assertTrue(np.nanmax(abs(arc - pin)) < 0.03)  # around its joint
         seen = in_view(places)
         self.assertTrue(np.isfinite(seen).all() and {1 + 2j, 3j} <= set(seen) and abs(seen - tip - 0.25j * body.reach).min() < 1e-14)
-
-    def test_frames_are_marked_and_have_paths(self):
-        chain = read_chain(SCENE)
-        chain["frames"] = {"gripper": {"link": chain["links"][1]["name"], "point": [0.2, 0.1], "angle": 1.0}}
-        body, q = Body(chain), np.array([[0.3, -0.7, 1.9]])
-        places = Places(body, np.zeros((1, 3)), q)
-        expected = places.points[0, 1] + np.exp(-0.4j) * (0.2 + 0.1j)
-        self.assertAlmostEqual(lines_of(places, 1.0)["frames"][0, 0], expected, delta=1e-15)
-        self.assertAlmostEqual(places.of(*body.point("gripper"))[0], expected, delta=1e-15)
 
     def test_a_path_of_any_point(self):
         # The middle of the coupler of a four-bar goes around a closed curve. Its ends are on circles.
