@@ -28,9 +28,10 @@ namespace {
 constexpr double farthest = 1e3;
 /// rad in one step. Longer, a step passes the nearest minimum and ends in another one.
 constexpr double longestTurn = 1;
-/// Of the weight's moments: some fifty roundings. Below rounding, no pose is balanced.
+/// The largest moment of a balanced pose, over the moments of the weight: some fifty roundings. Below
+/// rounding, no pose is balanced.
 constexpr double exact = 1e-14;
-/// The same where no step lowers the energy. Larger, a pose on a slope may pass for one.
+/// That of a pose from which no step lowers the energy. Larger, a pose on a slope may count as balanced.
 constexpr double balanced = 1e-7;
 /// rad, off a stationary point. The energy falls by its square, 1e-6 of the curvature: far above rounding.
 /// Much larger, the push leads over the next ridge.
@@ -40,8 +41,8 @@ constexpr double push = 1e-3;
 constexpr double promised = 1e-4;
 /// A step is halved down to this share. Below, the energies of both ends differ by rounding alone.
 constexpr double shortestStep = 1e-10;
-/// Of the weight's moments: a pivot that is not above this has no sign, for rounding. Larger, the search
-/// leaves minima of soft chains; smaller, it stays on saddles.
+/// A pivot up to this share of the weight's moments may be rounding, so its sign is unknown. Larger, the
+/// search leaves minima of soft chains; smaller, it stays on saddles.
 constexpr double unsure = 1e-12;
 
 class Search {

@@ -43,7 +43,7 @@ inline bool isFree(const Scene& scene) {
 /// Only the constructor allocates.
 class Momenta {
  public:
-  /// Of a free chain. The arguments must outlive this object.
+  /// The chain must be free. The arguments must outlive this object.
   Momenta(const Mechanism& mechanism, Effects& effects)
       : mechanism_(mechanism), effects_(effects), n_(mechanism.size()), e_(index(n_)), torques_(index(n_)) {
     for (const Link& link : mechanism.chain().links()) mass_ += link.mass;

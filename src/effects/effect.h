@@ -79,8 +79,8 @@ class Mechanics {
 
 /// The sums to which an effect adds its moments and forces, n each.
 struct Actions {
-  /// Of a revolute joint the moment about the own point of its body and of those that turn with it, N m (a
-  /// moment on body j belongs to Coordinates::turner(j)); of a prismatic joint the force along its axis, N.
+  /// A revolute joint has the moment about the own point of its body and of those that turn with it, N m (a
+  /// moment on body j belongs to Coordinates::turner(j)). A prismatic joint has the force along its axis, N.
   double* N = nullptr;
   Vec2d* F = nullptr;  ///< forces at the own points of the bodies, N; nullptr if no effect has any
 };

@@ -263,7 +263,7 @@ class Friction : public Effect, public JointConstraint, public Events, private R
   Eigen::ArrayXd yield_;  ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
   Eigen::ArrayXd rememberedYield_;
 
-  // Of the present change:
+  // The present change:
   double t_ = 0;
   const double* y_ = nullptr;
   std::vector<RestingJoint> atRest_, others_;

@@ -26,9 +26,9 @@ inline BaseState stateOf(const BaseLaws& laws, double t) {
   return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate};
 }
 
-/// What couples at one time, or one order of its Taylor series: of each joint, and the motion of the base.
+/// The prescribed motions at one time, or one order of their Taylor series: of each joint and of the base.
 struct Couplings {
-  /// Of n joints: none, on a base at rest. Allocates.
+  /// No couplings of n joints, on a base at rest. Allocates.
   explicit Couplings(int n) : joints(static_cast<std::size_t>(n)), prescribed(joints.size()) {}
 
   BaseState base() const { return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate}; }

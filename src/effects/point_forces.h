@@ -19,7 +19,7 @@ namespace planar_chain {
 /// constructor allocates.
 class BodyMotions {
  public:
-  /// Of bodies 0 … count − 1. The chain must outlive this object.
+  /// For bodies 0 … count − 1. The chain must outlive this object.
   BodyMotions(const Chain& chain, int count);
 
   /// x, rates: angles from the base, displacements, and their rates.

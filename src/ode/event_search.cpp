@@ -15,7 +15,8 @@ namespace {
 /// as its values and slopes there tell. Larger: more steps are looked at closely. Smaller: a method of high
 /// order, whose steps are long, may miss an event.
 constexpr double farther = 4;
-/// Of the interval: nearer to an end, a cut leaves the other part nearly as long, and says nothing of e.
+/// A cut is at least this share of the interval away from its ends. Nearer to an end, it leaves the other
+/// part nearly as long, and says nothing about e.
 constexpr double leastShare = 1. / 8;
 
 /// The times that differ by more than rounding.

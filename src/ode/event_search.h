@@ -47,7 +47,7 @@ class StatesWithin {
   ~StatesWithin() = default;
 };
 
-/// The same by the dense output.
+/// The states within a step by the dense output.
 class StepStates : public StatesWithin {
  public:
   virtual const Eigen::VectorXd& accelerationsAt(double t) = 0;
@@ -80,7 +80,7 @@ class EventSearch {
   /// Searches from the start to this state, which is the next start if there is nothing. Otherwise no event
   /// has happened at before(), and one has at behind().
   Result search(double t, const Eigen::VectorXd& y, StepStates& states);
-  /// The same by both ends alone.
+  /// Searches as search(), but by both ends alone.
   Result look(double t, const Eigen::VectorXd& y);
   /// Moves behind() to this state. Returns false, and changes nothing, if no event has happened there.
   bool shorten(double t, const Eigen::VectorXd& y);

@@ -33,7 +33,7 @@ class Taylor : public Stepper {
   /// f must outlive the stepper. Allocates.
   Taylor(SeriesSystem& f, double tolerance);
 
-  /// Of the last attempt.
+  /// The cost of the last attempt.
   double cost() const override { return cost_; }
   const Vector& derivative(double t, const Vector& y) override;
   bool foresees(const State& from, double h) override {

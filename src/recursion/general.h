@@ -44,7 +44,7 @@
 ///
 ///     F = … − G λ          μ = … − η·λ          a_tip = Gᵀ a + η α_p + C λ + c_t
 ///
-/// The same G and η stand in both, as the mass matrix is symmetric. From G = 1 and zeros at the tip:
+/// Both have G and η, as the mass matrix is symmetric. From G = 1 and zeros at the tip:
 ///
 ///     body          c_t ← c_t − ω² Gᵀ P          η ← η + Gᵀ iP
 ///     joint         y = η, or Gᵀ d               ε ← ε + y·λ
@@ -70,7 +70,7 @@ struct JointLaw {
   Real acceleration{};  ///< q̈ of a prescribed joint
 };
 
-/// The same as numbers, for lanes too.
+/// A joint as numbers, for lanes too.
 template <class Real>
 struct JointNumbers {
   Real armature, prescribed, acceleration;  ///< armature: 0 of a prescribed joint; prescribed: 1 or 0
@@ -129,7 +129,7 @@ template <class Real>
   b = mulAdd(mulAdd(terms.inverseD, terms.epsilon, joint.acceleration), terms.u, b);
   c = terms.v * mulAdd(terms.D0, joint.acceleration, -terms.epsilon);
 }
-/// The same for a prismatic joint, at the own point of its body. N: the force along the axis d.
+/// The bias of a prismatic joint, at the own point of its body. N: the force along the axis d.
 template <class Real>
 [[gnu::always_inline]] inline void biasPrismatic(Real N, const JointNumbers<Real>& joint, Vec2<Real> d,
                                                  JointTerms<Real>& terms, Vec2<Real>& b, Real& c) {

@@ -142,7 +142,7 @@ def view_in_world(scene):
 
 
 def prefix_of(node, scene):
-    """Of the node's frames."""
+    """The prefix of the node's frames."""
     return scene.get('publish', {}).get('frame_prefix', node[1:node.rfind('/') + 1])
 
 

@@ -298,7 +298,7 @@ class Views(unittest.TestCase):
         slack, tense = (self.only(spring, 'rod').colors[0] for spring in (slack, tense))
         self.assertLess(slack.r, slack.b)
         self.assertGreater(tense.r, 3 * tense.b)
-        # Of one place nothing is drawn: the first message takes away what there may be.
+        # A trail of one point is not drawn. The first message deletes an older one.
         self.assertEqual([marker.action for marker in trail.markers], [])
         # Its newest part moves with the link, so that it ends at the tip even if rviz draws it late.
         moving = hanging()

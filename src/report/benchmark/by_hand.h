@@ -22,7 +22,7 @@ class InAbsoluteAngles : public Peer {
     }
   }
 
-  /// The same in absolute angles: n values each.
+  /// Sets absolute angles and rates, n values each.
   void place(const double* theta, const double* omega) {
     theta_ = Eigen::Map<const Eigen::ArrayXd>(theta, n_);
     omega_ = Eigen::Map<const Eigen::ArrayXd>(omega, n_);

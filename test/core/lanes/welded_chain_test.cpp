@@ -18,7 +18,7 @@
 namespace planar_chain {
 namespace {
 
-/// Random motions of a random chain. Of its joints this share sticks.
+/// Random motions of a random chain. This share of its joints sticks.
 void compare(int links, unsigned seed, double share) {
   const Scene scene = test::randomScene(links, seed);
   const auto n = index(links);

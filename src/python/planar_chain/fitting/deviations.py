@@ -23,7 +23,7 @@ DOUBT = 3.0  # a singular value below so many errors of the Jacobian is none
 
 
 def correlation(series, lag):
-    """Of values so many samples apart, in a list of arrays; 0 within what those of noise may have."""
+    """The correlation of values so many samples apart, in a list of arrays; 0 if noise may have as much."""
     series = [values - values.mean() for values in series if len(values) > 20]
     power = sum(np.sum(values ** 2) for values in series)
     if power == 0:
@@ -50,8 +50,8 @@ def are_noise(series):
 
 
 class Deviations:
-    """Of the solution of a problem. covariance: of all unknowns x. tau: as above. are_noise: if its residuals are. relative: of each
-    singular direction."""
+    """The deviations of a problem's solution. covariance: of all unknowns x. tau: as above. are_noise: if its residuals are. relative: those of
+    each singular direction."""
 
     def __init__(self, problem, solution, samples, prior):
         self.problem, self.numbers = problem, problem.numbers
@@ -82,7 +82,7 @@ class Deviations:
 
     @property
     def deviations(self):
-        """Of the numbers, in their units."""
+        """The standard deviations of the numbers, in their units."""
         return np.sqrt(np.maximum(np.diag(self.covariance)[:len(self.numbers)], 0)) * self.scales
 
     @property

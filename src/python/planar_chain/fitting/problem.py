@@ -54,8 +54,8 @@ class Problem:
         return np.concatenate([[number.first / number.scale for number in self.numbers], *own])
 
     def priors(self):
-        """What is expected before the data come: places in x, values and sizes of the deviations from them. Of the numbers, which come
-        first, and of the delays."""
+        """The values expected before the data come: their indices in x, values, and sizes of the deviations from them. First the numbers,
+        then the delays."""
         delays = [self.own(r).stop - 1 for r in range(len(self.recordings))] if self.has_delay else []
         numbers = [number.first / number.scale for number in self.numbers]
         return (np.array([*range(len(numbers)), *delays], dtype=int), np.array(numbers + [0.0] * len(delays)),
@@ -279,7 +279,7 @@ def is_plain(values):
 
 
 def most_steps(times):
-    """Of a run to the last of these times."""
+    """The most steps of a run to the last of these times."""
     return int(MOST_STEPS * max(1.0, times[-1]))
 
 

@@ -129,7 +129,7 @@ def changes_within(load, end):
 
 
 def noise_of_samples(values):
-    """Of one joint, from third differences, to which a smooth motion adds little."""
+    """The noise of one joint, from third differences, to which a smooth motion adds little."""
     known = values[np.isfinite(values)]
     return np.median(abs(np.diff(known, 3))) / (0.6745 * np.sqrt(20)) if len(known) > 3 else 0.0
 
