@@ -45,7 +45,7 @@ struct Note {
 /// "robot.urdf: robot_description/joint[a]: turns freely, as it has neither lower nor upper (and 2 more)"
 std::string toString(const Note& note);
 
-/// Those notes that are not among the known ones.
+/// Returns the notes that are not in `known`.
 std::vector<Note> newNotes(const std::vector<Note>& notes, const std::vector<Note>& known);
 
 // ---- Numbers and text in faults --------------------------------------------------------------------

@@ -135,7 +135,7 @@ class Search {
     return std::abs(least - q) > longestTurn ? least : q;
   }
 
-  /// What a displacement changes by where an angle turns by 1 rad, m. So forces are compared with moments.
+  /// The displacement that counts as much as an angle of 1 rad, m. It makes forces comparable with moments.
   double unitOf(int j) const { return coordinates_.isPrismatic(j) ? reach_ : 1; }
 
   /// @throws SearchGaveUp where springs or stops hold body j, else std::domain_error
@@ -264,7 +264,7 @@ class Search {
     sweepOutwards(scene_.chain, PointAt<double>{base_.pin, {}}, e_.data(), still_.data(), theta.data(),
                   still_.data(), [&](int j, const PointAt<double>& own) { place_[index(j)] = own.place; });
   }
-  /// What body j and all further out add. x: its coordinate; outer: the forces further out, which it joins.
+  /// Adds body j to the sums over the bodies further out. x: its coordinate; outer: the sum of forces.
   void addBody(int j, double x, Vec2d& outer) {
     const Link& link = scene_.chain.links()[index(j)];
     const Vec2d weight = link.mass * scene_.chain.gravity();

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What a free chain keeps as long as nothing but gravity acts on it from outside: with the centre of mass C,
+/// The momenta of a free chain, while nothing but gravity acts on it from outside: with the centre of mass C,
 /// its velocity V, and the angular momentum L about C,
 ///
 ///     C(t + h) = C + h V + h²/2 g          V(t + h) = V + h g          L(t + h) = L

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What a user commands while the chain moves: torques in joints, forces and moments on links.
+/// Commands of a user while the chain moves: torques in joints, forces and moments on links.
 ///
 /// Held commands act until the next one for the same joint or link replaces them, or until they end. Timed
 /// commands add up. A command that starts later than now waits. timed_terms.h has what they do.

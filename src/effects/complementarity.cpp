@@ -134,7 +134,7 @@ class Pivoting {
     return true;
   }
 
-  /// What starts in the wrong direction sticks, until nothing does.
+  /// Lets joints that start in the wrong direction stick, until there are none.
   void giveUp() {
     for (flipped_ = 1; flipped_ > 0;) {
       chain_.solve(joints_);

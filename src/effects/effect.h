@@ -61,16 +61,17 @@ struct JointAnswer {
 };
 class Mechanics {
  public:
-  /// Valid until the next one. The next evaluation of f at the same state is free.
+  /// Returns the answer at this state, valid until the next call. The next evaluation of f at the same state
+  /// is free.
   virtual JointAnswer answer(double t, const double* y) = 0;
   /// Call it after a joint changes the direction in which it slips; with `holds` after joints stick or break
   /// loose.
   virtual void forget(bool holds) = 0;
-  /// Puts held joints where they are at t, exactly, and moves the others to where a held tip is. If that
-  /// changes a component by more than `most`, of 1 + |y|, it changes nothing. Without a held tip it moves the
-  /// held joints alone, however far.
+  /// Sets prescribed joints to their motion at t, exactly, and moves the others to satisfy the constraint of
+  /// the tip. If that changes a component by more than `most`, of 1 + |y|, it changes nothing. Without a held
+  /// tip it moves the prescribed joints alone, however far.
   virtual void snapPrescribed(double t, double* y, double most) = 0;
-  /// True if held joints and a held tip leave the motion undetermined, to rounding.
+  /// True if prescribed joints and a held tip leave the motion undetermined, to rounding.
   virtual bool isStretched(double t, const double* y) = 0;
 
  protected:

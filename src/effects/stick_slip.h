@@ -17,12 +17,12 @@
 ///
 /// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, of a prismatic joint times the
 /// chain's reach; and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller.
-/// (I of a point mass: stick_slip.cpp.) So what a joint misses that the band holds for T is less than a T²/2.
+/// (I of a point mass: stick_slip.cpp.) So a joint that the band holds for T errs by less than a T²/2.
 /// Between long stretches that stick, ∂q̈/∂μ may be 1e8 times smaller: a joint that breaks loose there and
-/// starts with far less than a is held by a wider band. If a joint breaks loose with less than 1000 a (or
+/// starts with far less than a gets a wider band. If a joint breaks loose with less than 1000 a (or
 /// 1000 roundings of q̈) and comes to rest again without its angle moving by more than rounding, its torque
-/// was not known to be larger: its band becomes four times as wide. So a joint cannot stick and slip by turns
-/// where it does not move, whatever rounding does, and bears no torque that would start it clearly. A joint
+/// was not known to be larger: its band becomes four times as wide. So rounding cannot make a joint
+/// stick and slip by turns where it does not move, and a torque that clearly starts it does start it. A joint
 /// that moves gets its own band back.
 ///
 /// A joint whose breakaway torque changes no rate by more than a tenth of the tolerance in a second, c Y <
@@ -59,7 +59,7 @@ class StickSlip {
 
   // ---- The joints ---------------------------------------------------------------------------------------
 
-  /// Those with friction; of them, those that stick, and those that are loose.
+  /// The joints with friction. stuck() and loose() are those of them that stick, and that are loose.
   const std::vector<int>& joints() const { return joints_; }
   /// Joints whose friction is too weak for the tolerance.
   const std::vector<int>& leftOut() const { return leftOut_; }
@@ -112,7 +112,7 @@ class StickSlip {
 
   /// Sets a joint by its rate. One at rest sticks.
   void enter(int joint, const double* y);
-  /// A slipping joint has come to rest at the state y. It sticks, or goes on the other way if passes.
+  /// A slipping joint has come to rest at the state y. It sticks, or reverses if `passes`.
   void rest(int joint, const double* y, bool passes);
   /// A joint is exactly at rest at the state y, whether it has moved or not. It sticks.
   void stay(int joint, const double* y);

@@ -46,8 +46,8 @@ struct ShortChains {
   Run (*runFor)(int n, LoadKind acting);
 };
 
-/// What the exact solve and the general recursion keep of a pair of segments (LinearPairs): d, and eight
-/// matrices.
+/// The numbers that the exact solve and the general recursion store for a pair of segments (LinearPairs): d,
+/// and eight matrices.
 constexpr int pairQuantities = 2 + 8 * 9;
 
 /// How the general recursion takes a joint, link by link.

@@ -75,7 +75,7 @@ class EventSearch {
   /// size: of states; n: of q. The functions must outlive this object.
   EventSearch(const EventList& events, Eigen::Index size, Eigen::Index n);
 
-  /// Where the next interval starts. Unless `anew`, values of the same state are kept.
+  /// Sets the start of the next interval. Unless `anew`, values of the same state are kept.
   void start(double t, const Eigen::VectorXd& y, bool anew);
   /// Searches from the start to this state, which is the next start if there is nothing. Otherwise no event
   /// has happened at before(), and one has at behind().
@@ -87,7 +87,7 @@ class EventSearch {
   /// The first event between before() and behind(), by the states given.
   LocatedEvent locate(StatesWithin& states);
 
-  /// What start() keeps.
+  /// The values that start() keeps.
   void saveOrRestore(Snapshot& snapshot) { snapshot(isKnown_, from_.t, from_.y, from_.g, from_.slope); }
 
   const Sample& before() const { return from_; }

@@ -80,7 +80,7 @@ class Stepper {
   /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}
-  /// What the next steps depend on (simd/snapshot.h). The tolerance is set before.
+  /// The values on which the next steps depend (simd/snapshot.h). Set the tolerance before.
   virtual void saveOrRestore(Snapshot& snapshot) = 0;
   /// Call this when f has jumped or the state was set. Discards all stored values of f.
   virtual void forget() = 0;

@@ -16,7 +16,7 @@ namespace planar_chain {
 template <class Value, std::size_t kinds = 3>
 using PerMotion = std::array<Value, kinds>;
 
-/// What hangs on a pin, as its parent feels it.
+/// The terms of all that hangs on a pin, for its parent.
 template <class Scalar, std::size_t kinds = 3>
 struct LinearTerms {
   PerMotion<Matrix2<Scalar>, kinds> B{};
@@ -121,7 +121,7 @@ class GeneralFactors {
   Matrix2<Scalar> C_, G_;                           ///< by the base
 
  private:
-  /// What a body shows at its own point while it turns: p_k, h, q.
+  /// The terms of a body at its own point while it turns: p_k, h, q.
   struct Sums {
     Motion UL;
   };

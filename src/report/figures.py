@@ -211,7 +211,7 @@ def scaling(rows):
 
 
 def effects(rows):
-    """What is left of an evaluation's time without one effect: a point above each scene."""
+    """The share of an evaluation's time that is left without one effect: a point above each scene."""
     scenes = grouped(rows, "scene")
     figure, (axes,) = panels(1, 3.8)
     figure.subplots_adjust(bottom=0.24, top=0.82)

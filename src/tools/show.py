@@ -365,7 +365,7 @@ def show_bag(path, options):
 
 
 def end(*_):
-    """What was started ends too."""
+    """Ends by an exception, so that the programs that were started end too."""
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     sys.exit(128 + signal.SIGTERM)
 

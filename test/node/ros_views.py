@@ -47,7 +47,7 @@ FONT_HEIGHT = 28  # px: rviz makes this as high as the text's size
 
 
 def width_of(text, marker):
-    """In rviz, m. A space is as wide as an A."""
+    """The width of a text in rviz, m. A space is as wide as an A."""
     return sum(round(FONT.getlength(letter.replace(' ', 'A'))) for letter in text) / FONT_HEIGHT * marker.scale.z
 
 

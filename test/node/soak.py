@@ -76,7 +76,7 @@ class Stream:
                 self._faults.append('%s: not finite:\n%s' % (self.topic, whole))
 
     def faults(self):
-        """What was wrong since the last call."""
+        """The faults since the last call."""
         stamps, self._stamps = self._stamps, []
         faults, self._faults = self._faults, []
         uneven = [stamp for stamp in stamps if stamp % (10 ** 9 // RATE)]

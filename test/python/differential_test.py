@@ -80,7 +80,7 @@ def motor_torque(joint, given, t, rate):
 
 
 class Joint:
-    """What acts in a joint but friction, drives and motors, and what that dissipates and stores."""
+    """The torque in a joint without friction, drives and motors, its dissipated power and its energy."""
 
     def __init__(self, made, q, rate):
         self.spring = made.get("stiffness", 0) * (q - made.get("rest_angle", 0))
@@ -165,7 +165,7 @@ class Sample:
 # ---- Motions -------------------------------------------------------------------------------------
 
 def give(simulation, commands):
-    """Those of the present time."""
+    """Gives the commands of the present time."""
     for start, what, value in commands:
         if start == simulation.time:
             simulation.hold_force(what, value) if isinstance(value, list) else simulation.hold_torque(what, value)

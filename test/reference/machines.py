@@ -67,7 +67,7 @@ class Law:
             self.edges = []
 
     def value(self, t, within):
-        """In any arithmetic."""
+        """The value of the law at t, in any arithmetic."""
         if self.spline is None:
             return self.offset + self.amplitude * mpmath.sin(self.rate * t + self.phase)
         x = self.spline.x
@@ -212,8 +212,8 @@ class Machine:
         return np.concatenate([q, v])
 
     def smooth(self, t, y, stop, within, direction, rubs, steps):
-        """On to the next change of a direction, or `stop`: time, state, and the direction of a joint that breaks
-        loose."""
+        """Integrates to the next change of a direction, or `stop`. Returns time, state, and the direction of a joint
+        that breaks loose."""
         n = self.n
         signs = np.array(direction)
 

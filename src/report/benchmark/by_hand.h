@@ -1,6 +1,6 @@
 #pragma once
 
-/// What an expert would write for a chain without springs, dampers and loads.
+/// The equations that an expert would write for a chain without springs, dampers and loads.
 
 #include <Eigen/Dense>
 #include <memory>

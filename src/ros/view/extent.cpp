@@ -33,7 +33,7 @@ Range rangeOf(const MotionLaw& law) {
   return {least->c[0] - amplitude, most->c[0] + amplitude};
 }
 
-/// Where the inner pin of the first link that turns can be.
+/// Returns the box of the inner pin of the first link that turns.
 Box rootOf(const Scene& scene, double links) {
   Box box;
   if (scene.base) {

@@ -1,4 +1,5 @@
-/// Friction in long chains: bodies that stick together as one body, against the recursion for held joints.
+/// Friction in long chains: bodies that stick together as one body, against the recursion for prescribed
+/// joints.
 
 #include "dynamics/welded_chain.h"
 

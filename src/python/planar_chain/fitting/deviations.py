@@ -1,4 +1,4 @@
-"""Standard deviations of what a fit found, and the combinations of numbers that the data cannot tell.
+"""Standard deviations of what a fit found, and the combinations of numbers that the data do not determine.
 
 With ψ the derivative of the loss, J the Jacobian over the noise, N residuals and m unknowns, the covariance of an M-estimate is
 
@@ -43,7 +43,7 @@ def correlation_time(series):
 
 
 def are_noise(series):
-    """Whether no residuals over the noise tell the signs or the sizes of the next ones; outliers may stand alone."""
+    """True if the signs and sizes of residuals over the noise are independent of those of the next ones; outliers may stand alone."""
     sizes = [np.log1p(abs(values)) for values in series]
     signed = [np.copysign(size, values) for size, values in zip(sizes, series)]
     return not any(correlation(one, lag) for one in (signed, sizes) for lag in range(1, LAGS))
