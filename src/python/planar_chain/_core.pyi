@@ -212,4 +212,5 @@ class Runs:
 
 def simulate_many(scene: Scene, times: ArrayLike, initial: Optional[ArrayLike] = ...,
                   parameters: Dict[str, ArrayLike] = ..., threads: int = ...,
-                  progress: Optional[Callable[[int], Any]] = ..., most_steps: Optional[int] = ...) -> Runs: ...
+                  progress: Optional[Callable[[int], Any]] = ..., most_steps: Optional[int] = ...,
+                  torques: Optional[ArrayLike] = ...) -> Runs: ...
