@@ -92,7 +92,7 @@ class Simulation {
 
   /// Advances as above, finds the events on the way, and ends at the first terminal one. An event is between
   /// the steps, too, and where a function passes 0 twice within one. Its time and state are exact to
-  /// rounding: a step of the method from where the step around it starts. Events do not change the motion.
+  /// rounding: a step of the method from where the step around it starts. Others leave the motion as it is.
   /// One that is 0 where the way starts, as at a terminal one, happens when it is next 0. Appends to `found`;
   /// with that of the last call and the same events, the way goes on: the numbers of terminal events count
   /// from its start. Allocates.

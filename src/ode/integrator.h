@@ -142,7 +142,7 @@ class Integrator {
 /// Steps of another integrator, with something more: what is not said otherwise is that one's.
 class StepsOf : public Integrator {
  public:
-  explicit StepsOf(std::unique_ptr<Integrator> steps) : steps_(steps.get()), owned_(std::move(steps)) {}
+  explicit StepsOf(std::unique_ptr<Integrator> steps) : steps_(std::move(steps)) {}
 
   const char* name() const override { return steps_->name(); }
   bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
@@ -158,12 +158,7 @@ class StepsOf : public Integrator {
   void saveOrRestore(Snapshot& snapshot) override { steps_->saveOrRestore(snapshot); }
 
  protected:
-  /// Of an integrator that is set later, and not owned.
-  StepsOf() = default;
-  Integrator* steps_ = nullptr;
-
- private:
-  std::unique_ptr<Integrator> owned_;
+  std::unique_ptr<Integrator> steps_;
 };
 
 /// Makes equal steps of at most h to the end of each advance(). Allocates.

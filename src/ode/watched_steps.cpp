@@ -66,14 +66,15 @@ WatchedSteps::Watch::Watch(const Watched& of, SeriesSystem& f, std::exception_pt
 
 // ---- The steps -------------------------------------------------------------------------------------------
 
-WatchedSteps::WatchedSteps(const std::vector<Watched>& functions, SeriesSystem& f) : last_(f) {
+WatchedSteps::WatchedSteps(const std::vector<Watched>& functions, SeriesSystem& f) : StepsOf(nullptr), last_(f) {
   for (const Watched& function : functions)
     watches_.push_back(std::make_unique<Watch>(function, f, failure_));
 }
 
 Outcome WatchedSteps::advance(State& state, double end, double longestStep) {
   last_.before = state;
-  Outcome outcome = steps_->advance(state, end, longestStep);
+  last_.dense.forget();  // f may have jumped
+  const Outcome outcome = steps_->advance(state, end, longestStep);
   if (hasFailed(outcome) || !(state.t > last_.before.t)) return outcome;
   last_.take(state);
 

@@ -41,9 +41,11 @@ class WatchedSteps final : public StepsOf {
   WatchedSteps(const std::vector<Watched>& functions, SeriesSystem& f);
   /// The integrator that makes the next steps.
   void use(Integrator& steps) {
-    steps_ = &steps;
+    steps_.release();
+    steps_.reset(&steps);
     last_.use(steps);
   }
+  ~WatchedSteps() override { steps_.release(); }
 
   /// Makes a step, which ends at the first terminal zero. Then, and after a failure of a function, it returns
   /// `arrived`, or what the step was, if that ends there anyway.

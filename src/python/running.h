@@ -142,6 +142,8 @@ void bindDerivatives(py::module& module, py::class_<Running>& simulation);
 /// simulate() with a list of derivatives, or with events. Either may be None.
 py::object runOf(const TreeAndScene& scene, const std::vector<double>& instants, const py::object& names,
                  const py::object& events, const py::object& mostSteps);
+/// Simulation.advance_to(), and the events on its way.
+void bindAdvance(py::class_<Running>& simulation);
 /// Motions of frames.
 void bindMotion(py::class_<Running>& simulation);
 /// Laws that driven joints and the base follow.

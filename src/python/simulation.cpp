@@ -26,14 +26,6 @@ Numbers stateOf(Running& self) {
   return state;
 }
 
-Numbers copyOf(const std::vector<double>& values) {
-  return Numbers(static_cast<py::ssize_t>(values.size()), values.data());
-}
-
-py::object listOf(const py::object& list) {
-  return list ? list : py::list();
-}
-
 /// One record a link. Its fields are the members of LinkMotion.
 py::array linkMotions(Running& self) {
   static_assert(sizeof(LinkMotion) == 13 * sizeof(double), "the fields below are all of them");
@@ -162,41 +154,8 @@ number of commands, another version of the program or another kind of CPU.)")
 void bindState(py::class_<Running>& simulation) {
   const auto q = py::arg("q"), qd = py::arg("qd");
   simulation
-      .def(
-          "advance_to",
-          [](Running& self, const py::object& t, const py::object& mostSteps,
-             const py::object& events) -> py::object {
-            constexpr const char* cure = "; set_state(), settle(), reset() or clear_commands() lets it go on";
-            const double end = numberOf(t, "t");
-            const StepBudget budget = self.budget(end, stepsOf(mostSteps));
-            if (events.is_none()) {
-              self.advanceTo(end, budget, cure);
-              return py::none();
-            }
-            Watching watching(events);
-            watching.advanceTo(self, end, budget, cure);
-            self.timesOfEvents = watching.times();
-            self.statesOfEvents = watching.states(2 * self.size());
-            return watching.terminal();
-          },
-          py::arg("t"), py::arg("most_steps") = py::none(), py::arg("events") = py::none(),
-          R"(Integrates to time t (s, not before `time`). Other threads run meanwhile; Ctrl-C interrupts.
-
-events: a function g(t, q, qd), or a list of them, with the attributes terminal (default False; a number: at that zero)
-and direction (default 0; > 0: where g rises; < 0: where it falls), as scipy.integrate.solve_ivp() takes them. It ends
-at the first zero of a terminal event and returns the event's number; at t, it returns None. t_events and y_events have
-all zeros. One where it starts does not count, so the next call goes on.
-
-Raises Failed when the integration fails, or after most_steps steps: by default a million for each second so far,
-and at least a million. The state is then that of the last good step.)")
       .def_property_readonly(
           "time", [](Running& self) { return self.idle().time(); }, "s")
-      .def_property_readonly(
-          "t_events", [](const Running& self) { return listOf(self.timesOfEvents); },
-          "Of the last advance_to() with events: for each an array of times, s.")
-      .def_property_readonly(
-          "y_events", [](const Running& self) { return listOf(self.statesOfEvents); },
-          "Of the last advance_to() with events: for each an array of states, times × 2n.")
       .def_property_readonly("state", &stateOf, "A new array, 2n: angles q (rad), then rates (rad/s).")
       .def_property_readonly(
           "q", [](Running& self) { return copyOf(self.idle().q()); },
@@ -325,6 +284,7 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
                    return released([&] { return std::make_unique<Running>(from, commands, true); });
                  }),
                  py::arg("scene"), py::arg("commands") = 16);
+  bindAdvance(simulation);
   bindState(simulation);
   bindSaving(module, simulation);
   bindQuantities(simulation);

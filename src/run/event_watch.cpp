@@ -75,6 +75,8 @@ EventWatch::EventWatch(const std::vector<MotionEvent>& events, FoundEvents& foun
   steps_ = std::make_unique<ode::WatchedSteps>(watched, f);
 }
 
+EventWatch::~EventWatch() = default;
+
 void EventWatch::take() {
   for (std::size_t k = found_.all.size() - before_; k < steps_->zeros().size(); ++k) {
     const auto& zero = steps_->zeros()[k];

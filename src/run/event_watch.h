@@ -23,6 +23,7 @@ class EventWatch {
   /// @throws Refused for an event without a function, or with a negative number
   EventWatch(const std::vector<MotionEvent>& events, FoundEvents& found, bool goesOn,
              const std::vector<double>& near, ode::SeriesSystem& f, int n, const ToRelative& toRelative);
+  ~EventWatch();
 
   /// These steps, watched.
   ode::Integrator& over(ode::Integrator& steps) {
