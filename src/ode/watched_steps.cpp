@@ -7,21 +7,31 @@
 
 namespace planar_chain::ode {
 
-namespace {
+/// What counts as just above 0.
+constexpr double atZero = std::numeric_limits<double>::denorm_min();
 
-/// The end of the last step, and shorter ones.
-class Ends final : public StatesWithin {
+/// The states of the last step: by the dense output where it is exact, as at the end; else by shorter steps.
+class WatchedSteps::States final : public StatesWithin {
  public:
-  Ends(LastStep& last, double end) : last_(last), end_(end), within_(last) {}
-  const Eigen::VectorXd& at(double t) override { return t == end_ ? last_.dense.at(t) : within_.at(t); }
+  States(LastStep& last, double end) : last_(last), end_(end), within_(last) {}
+  const Eigen::VectorXd& at(double t) override { return isDense(t) ? last_.at(t) : within_.at(t); }
+  /// Sets `state` to that at t. Returns false if it is not finite.
+  bool land(double t, State& state) {
+    if (isDense(t)) {
+      last_.dense.land(t, state);
+      return true;
+    }
+    within_.at(t);
+    if (within_.areFinite()) state = last_.trial;
+    return within_.areFinite();
+  }
 
  private:
+  bool isDense(double t) const { return t == end_ || last_.isExactAt(t); }
   LastStep& last_;
   const double end_;
   ByShorterSteps within_;
 };
-
-}  // namespace
 
 // ---- One function ----------------------------------------------------------------------------------------
 
@@ -35,17 +45,31 @@ void WatchedSteps::OneSide::values(double t, const double* y, double* to) const 
     return;
   }
   if (side > 0) *to = -*to;
-  if (side != 0 && *to == 0) *to = std::numeric_limits<double>::denorm_min();
+  if (side != 0 && *to == 0) *to = atZero;
 }
 
 void WatchedSteps::OneSide::noise(double t, const double* y, double* of) const {
-  *of = std::numeric_limits<double>::denorm_min();
+  *of = atZero;
   if (failure) return;
   try {
     g.noise(t, y, of);
   } catch (...) {
     failure = std::current_exception();
   }
+}
+
+/// By the difference of two values.
+void WatchedSteps::OneSide::slopes(double t, const double* y, const double* accelerations,
+                                   double* slope) const {
+  double values[2] = {};
+  for (const int k : {0, 1}) {
+    const double ahead = (k - 0.5) * apart;
+    near.head(2 * n) = Eigen::VectorXd::Map(y, 2 * n);
+    near.head(n) += ahead * Eigen::VectorXd::Map(y + n, n);
+    near.segment(n, n) += ahead * Eigen::VectorXd::Map(accelerations, n);
+    this->values(t + ahead, near.data(), &values[k]);
+  }
+  *slope = (values[1] - values[0]) / apart;
 }
 
 /// g
@@ -57,7 +81,7 @@ double WatchedSteps::OneSide::at(double t, const Eigen::VectorXd& y) const {
 
 WatchedSteps::Watch::Watch(const Watched& of, SeriesSystem& f, std::exception_ptr& failure)
     : watched(of),
-      function(*of.g, failure),
+      function(*of.g, f, failure),
       search({&function}, f.size(), f.driving() / 2),
       near(of.near),
       passed(of.passed) {
@@ -66,12 +90,14 @@ WatchedSteps::Watch::Watch(const Watched& of, SeriesSystem& f, std::exception_pt
 
 // ---- The steps -------------------------------------------------------------------------------------------
 
-WatchedSteps::WatchedSteps(const std::vector<Watched>& functions, SeriesSystem& f) : StepsOf(nullptr), last_(f) {
+WatchedSteps::WatchedSteps(const std::vector<Watched>& functions, SeriesSystem& f)
+    : StepsOf(nullptr), last_(f) {
   for (const Watched& function : functions)
     watches_.push_back(std::make_unique<Watch>(function, f, failure_));
 }
 
 Outcome WatchedSteps::advance(State& state, double end, double longestStep) {
+  stepBefore_ = last_.before.t;
   last_.before = state;
   last_.dense.forget();  // f may have jumped
   const Outcome outcome = steps_->advance(state, end, longestStep);
@@ -89,10 +115,9 @@ Outcome WatchedSteps::advance(State& state, double end, double longestStep) {
                    [](const Zero& a, const Zero& b) { return a.t < b.t; });
 
   if (terminal_ && last < state.t) {
-    ByShorterSteps states(last_);
-    states.at(last);
-    state = states.areFinite() ? last_.trial : last_.before;
-    if (!states.areFinite()) return Outcome::notFinite;
+    const bool isFinite = States(last_, state.t).land(last, state);
+    if (!isFinite) state = last_.before;
+    if (!isFinite) return Outcome::notFinite;
     steps_->endAt(state);
     return Outcome::arrived;
   }
@@ -117,19 +142,28 @@ void WatchedSteps::searchStep(Watch& watch, std::size_t which, double end, doubl
   double from = last_.before.t;
   const int pieces = steps_->pieces();
   const double piece = (end - from) / pieces;
-  Ends states(last_, end);
+  constexpr double smallShare = 1e-5;  // larger: the slope errs by curvature; smaller: by rounding
+  States states(last_, end);
   for (int k = 1; k <= pieces; ++k) {
     const double to = k == pieces ? end : last_.before.t + k * piece;
+    watch.function.apart = smallShare * piece;
     while (from < std::min(to, last) && !failure_) {
       const bool isAtZero = watch.function.side == 0;
       if (isAtZero) from = leaveZero(watch, from, to, states);
-      if (watch.function.side == 0) break;
+      if (watch.function.side == 0 || !(from < to)) break;
       watch.search.start(from, states.at(from), isAtZero);
-      if (!(watch.search.before().most() > 0)) {  // else it has passed 0 where f changed
-        if (watch.search.search(to, states.at(to), last_) != EventSearch::Result::event) break;
-        from = watch.search.locate(states).t;
+      LocatedEvent zero{from};  // if it has passed 0 where f changed
+      const double passed = watch.search.before().most();
+      if (passed == atZero && watch.zeroAt >= stepBefore_) {  // what passed 0 is held there: the same zero
+        watch.function.side = 0;
+        continue;
       }
-      takeZero(watch, which, from, states.at(from), last);
+      if (!(passed > 0)) {
+        if (watch.search.search(to, states.at(to), last_) != EventSearch::Result::event) break;
+        zero = watch.search.locate(states);
+      }
+      takeZero(watch, which, zero, from, states, last);
+      from = zero.t;
     }
     from = to;
   }
@@ -150,15 +184,20 @@ double WatchedSteps::leaveZero(Watch& watch, double from, double end, StatesWith
   }
 }
 
-/// Unless the dense output passes 0 here, and the motion does not.
-void WatchedSteps::takeZero(Watch& watch, std::size_t which, double t, const Eigen::VectorXd& y,
-                            double& last) {
-  const double value = watch.function.at(t, y);
+/// Unless the dense output passes 0 here, and the motion does not. What is located is behind the zero by some
+/// roundings: one step of Newton's method leads back.
+void WatchedSteps::takeZero(Watch& watch, std::size_t which, const LocatedEvent& located, double from,
+                            StatesWithin& states, double& last) {
+  double t = located.t;
+  const double value = watch.function.at(t, states.at(t));
   if (!(value > 0)) return;
+  const double back = located.slope > 0 ? std::max(t - value / located.slope, from) : t;
+  if (std::abs(watch.function.at(back, states.at(back))) < value) t = back;
   watch.near = 2 * value;
+  watch.zeroAt = t;
   const int direction = -std::exchange(watch.function.side, 0);
   if (direction * watch.watched.direction < 0) return;
-  zeros_.push_back({which, t, y, watch.near});
+  zeros_.push_back({which, t, states.at(t), watch.near});
   if (++watch.passed != watch.watched.terminal || (terminal_ && !(t < last))) return;
   last = t;
   terminal_ = which;

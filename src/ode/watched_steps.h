@@ -3,8 +3,8 @@
 /// Watches functions along the steps of an integrator, for a caller. The motion does not depend on them.
 ///
 /// A zero of g is where g leaves one side of 0 for the other, or reaches 0 from a side. The search is that of
-/// events.h, for the function −g on the positive side and g on the negative one. The zeros themselves are at
-/// the ends of shorter steps from the same start, so the error control has seen more than they need.
+/// events.h, for the function −g on the positive side and g on the negative one. The states at the zeros
+/// are those of the dense output where it is exact, else of shorter steps from the same start.
 ///
 /// Where g is 0 within its noise, it has no side: at a start, and behind each zero. Then it takes the first
 /// side that it shows. So a zero where a motion starts is none, and no zero is found twice.
@@ -65,29 +65,39 @@ class WatchedSteps final : public StepsOf {
  private:
   /// g on the negative side, −g on the positive one; just above 0 where g is 0.
   struct OneSide final : EventFunctions {
-    OneSide(const EventFunctions& g_, std::exception_ptr& failure_) : g(g_), failure(failure_) {}
+    OneSide(const EventFunctions& g_, SeriesSystem& f, std::exception_ptr& failure_)
+        : g(g_), failure(failure_), n(f.driving() / 2), near(Eigen::VectorXd::Zero(f.size())) {}
     int most() const override { return 1; }
     void values(double t, const double* y, double* to) const override;
     void noise(double t, const double* y, double* of) const override;
+    bool haveSlopes() const override { return true; }
+    void slopes(double t, const double* y, const double* accelerations, double* slope) const override;
     double at(double t, const Eigen::VectorXd& y) const;
     const EventFunctions& g;
     std::exception_ptr& failure;
-    int side = 0;  ///< 0: g is 0
+    const Eigen::Index n;  ///< of q
+    int side = 0;          ///< 0: g is 0
+    double apart = 0;      ///< of the states for a slope, s
+    mutable Eigen::VectorXd near;
   };
+  class States;
   struct Watch {
     Watch(const Watched& of, SeriesSystem& f, std::exception_ptr& failure);
     Watched watched;
     OneSide function;
     EventSearch search;
-    double near = 0;       ///< beside its noise, where it is 0
-    long long passed = 0;  ///< zeros that count
+    double near = 0;        ///< beside its noise, where it is 0
+    double zeroAt = never;  ///< the last zero, s
+    long long passed = 0;   ///< zeros that count
   };
 
   void searchStep(Watch& watch, std::size_t which, double end, double& last);
   double leaveZero(Watch& watch, double from, double end, StatesWithin& states);
-  void takeZero(Watch& watch, std::size_t which, double t, const Eigen::VectorXd& y, double& last);
+  void takeZero(Watch& watch, std::size_t which, const LocatedEvent& located, double from,
+                StatesWithin& states, double& last);
 
   LastStep last_;
+  double stepBefore_ = never;  ///< where the step before it started, s
   std::vector<std::unique_ptr<Watch>> watches_;
   std::vector<Zero> zeros_;
   std::optional<std::size_t> terminal_;
