@@ -14,7 +14,7 @@ class LastStep final : public StepStates {
   /// f must outlive this object.
   explicit LastStep(SeriesSystem& f)
       : dense(f),
-        before(f.arrangedSize()),
+        before(f.sizeInLaneOrder()),
         trial(before),
         f_(f),
         rates_(before.y),
@@ -34,16 +34,16 @@ class LastStep final : public StepStates {
   const Eigen::VectorXd& accelerationsAt(double t) override { return dense.accelerationsAt(t); }
   const Eigen::VectorXd* errorAt(double t) override {
     if (isExactAt(t)) return nullptr;
-    f_.restore(dense.errorAt(t).data(), error_.data());
+    f_.toChainOrder(dense.errorAt(t).data(), error_.data());
     return &error_;
   }
   bool make(double t, Eigen::VectorXd& y, Eigen::VectorXd& accelerations) override {
     if (!stepTo(t)) return false;
-    f_.restore(trial.y.data(), y.data());
+    f_.toChainOrder(trial.y.data(), y.data());
     const Eigen::Index n = f_.places();
     f_.slope(t, trial.y.data(), rates_.data());
     rates_.head(n) = rates_.segment(n, n);  // they do not overlap
-    f_.restore(rates_.data(), accelerations.data());
+    f_.toChainOrder(rates_.data(), accelerations.data());
     return true;
   }
 
@@ -59,7 +59,7 @@ class LastStep final : public StepStates {
   }
   /// Valid until the next call.
   const Eigen::VectorXd& inOrder(const State& state) {
-    f_.restore(state.y.data(), y_.data());
+    f_.toChainOrder(state.y.data(), y_.data());
     return y_;
   }
   /// Counts the shorter steps.

@@ -33,7 +33,7 @@ class WatchedSteps final : public StepsOf {
   struct Zero {
     std::size_t which;  ///< of the functions
     double t;
-    Eigen::VectorXd y;  ///< not arranged
+    Eigen::VectorXd y;  ///< in chain order
     double near;        ///< the size of g
   };
 
