@@ -22,9 +22,7 @@ GeneralMotion::GeneralMotion(const Mechanism& mechanism, Effects& effects)
   const std::vector<JointConstraint*>& jointConstraints = effects.jointConstraints();
   for (JointConstraint* jointConstraint : jointConstraints) jointConstraint->attach(*this);
   if (effects.holdTip()) closure_.emplace(mechanism);
-  const auto onlyHolds = [](const JointConstraint* jointConstraint) { return jointConstraint->onlyHolds(); };
-  if (!mechanism.coordinates().anyIsPrismatic() && !jointConstraints.empty() &&
-      std::all_of(jointConstraints.begin(), jointConstraints.end(), onlyHolds) && n_ > ShortChain::most) {
+  if (!mechanism.coordinates().anyIsPrismatic() && effects.onlyHold() && n_ > ShortChain::most) {
     welded_.emplace(mechanism.chain());
   }
 }

@@ -53,11 +53,13 @@ Vec2<Scalar> wide(Vec2d a) {
 template <class Scalar, std::size_t kinds, bool isMixed>
 class GeneralFactors {
  public:
-  /// tangents: K and D of each body, not read if kinds = 1. holdsTip: the tip is ever held. All must outlive
-  /// this object; factor() reads them. Allocates.
-  GeneralFactors(const GeneralBodies& bodies, const ForceTangent* tangents, bool holdsTip)
+  /// tangents: K and D of each body, not read if kinds = 1. holdsTip: the tip is ever held. basePays:
+  /// somebody asks for the wrench of the base, which moves. All must outlive this object; factor() reads
+  /// them. Allocates.
+  GeneralFactors(const GeneralBodies& bodies, const ForceTangent* tangents, bool holdsTip, bool basePays)
       : bodies_(bodies),
         tangents_(tangents),
+        carriages_(basePays ? 0 : index(bodies.coordinates().leading())),
         factors_(bodies.size()),
         prismaticFactors_(isMixed ? bodies.size() : 0),
         tips_(holdsTip ? bodies.size() : 0) {}
@@ -66,10 +68,11 @@ class GeneralFactors {
     s_ = s;
     overS_ = 1.0 / s;
     LinearTerms<Scalar, kinds> articulated;
-    for (std::size_t j = bodies_.size(); j-- > 0;) {
+    for (std::size_t j = bodies_.size(); j-- > carriages_;) {
       const Sums sums = addBody(j, articulated);
       isPrismatic(j) ? passPrismatic(j, sums, articulated) : passRevolute(j, sums, articulated);
     }
+    for (std::size_t j = isMixed ? carriages_ : 0; j-- > 0;) passCarriage(j, articulated);
     if (!tips_.empty()) sweepTip();
   }
 
@@ -110,7 +113,8 @@ class GeneralFactors {
 
   const GeneralBodies& bodies_;
   const ForceTangent* tangents_;
-  Scalar s_{}, overS_{};  ///< s, 1/s
+  std::size_t carriages_;  ///< the first joints, prismatic, inside of which nothing turns
+  Scalar s_{}, overS_{};   ///< s, 1/s
   std::vector<BodyFactors> factors_;
   std::vector<PrismaticFactors> prismaticFactors_;  ///< if a joint is prismatic
   std::vector<AtTip> tips_;                         ///< if the tip is ever held
@@ -122,9 +126,11 @@ class GeneralFactors {
     Motion UL;
   };
 
+  void addForces(std::size_t j, LinearTerms<Scalar, kinds>& articulated) const;
   Sums addBody(std::size_t j, LinearTerms<Scalar, kinds>& articulated);
   void passRevolute(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& articulated);
   void passPrismatic(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& articulated);
+  void passCarriage(std::size_t j, LinearTerms<Scalar, kinds>& articulated);
   void displace(std::size_t j, PrismaticFactors& prismatic) const;
   void sweepTip();
 
@@ -184,14 +190,21 @@ template <class Scalar, std::size_t kinds, bool isMixed>
   factors.Dm = Dm;
   articulated.h = UR;
   articulated.q = Dm;
-  articulated.B[0].xx += body.m;
-  articulated.B[0].yy += body.m;
+  addForces(j, articulated);
+  return sums;
+}
+
+/// B ← T + B
+template <class Scalar, std::size_t kinds, bool isMixed>
+[[gnu::always_inline]] inline void GeneralFactors<Scalar, kinds, isMixed>::addForces(
+    std::size_t j, LinearTerms<Scalar, kinds>& articulated) const {
+  articulated.B[0].xx += bodies_[j].m;
+  articulated.B[0].yy += bodies_[j].m;
   for (std::size_t k = 1; k < kinds; ++k) {
     const Matrix2d& T = tangent(j, k).forcePlace;
     Matrix2<Scalar>& B = articulated.B[k];
     B = {T.xx + B.xx, T.xy + B.xy, T.yx + B.yx, T.yy + B.yy};
   }
-  return sums;
 }
 
 template <class Scalar, std::size_t kinds, bool isMixed>
@@ -281,6 +294,34 @@ void GeneralFactors<Scalar, kinds, isMixed>::passPrismatic(std::size_t j, const 
   }
   articulated.h = h - prismatic.vD * U;
   articulated.q = q - prismatic.u * prismatic.vD;
+}
+
+/// The body with it, where nothing inside turns: σ, ρ_v and u' there are 0, so only B and V are of use.
+template <class Scalar, std::size_t kinds, bool isMixed>
+void GeneralFactors<Scalar, kinds, isMixed>::passCarriage(std::size_t j,
+                                                          LinearTerms<Scalar, kinds>& articulated) {
+  addForces(j, articulated);
+  BodyFactors& factors = factors_[j];
+  PrismaticFactors& prismatic = prismaticFactors_[j];
+  auto& B = articulated.B;
+  const Vec2d d = bodies_.prismatic(j).axis;
+  const Vec2<Scalar> wideD = wide<Scalar>(d);
+  prismatic.ofRate = B[0].times(d, Vec2<Scalar>{});
+  prismatic.z[0] = s_ * s_ * wideD;
+  if constexpr (kinds == 3) {
+    prismatic.z[1] = s_ * wideD;
+    prismatic.z[2] = prismatic.w[2] = wideD;
+    prismatic.ofPlace = B[2].times(d, Vec2<Scalar>{});
+  }
+  factors.UR = sum(B, prismatic.z);
+  prismatic.D0 = dotMixed(d, factors.UR);
+  const bool isPrescribed = bodies_.joint(j).isPrescribed;
+  const Scalar over = factors.over = isPrescribed ? Scalar{} : 1.0 / (prismatic.D0 + stiffnessOf(j));
+  for (std::size_t k = 0; k < kinds; ++k) {
+    const Vec2<Scalar> V = factors.p[k] = transposedTimes(B[k], wideD);
+    factors.ULD[k] = over * V;
+    subtract(factors.UR, factors.ULD[k], B[k]);
+  }
 }
 
 template <class Scalar, std::size_t kinds, bool isMixed>
