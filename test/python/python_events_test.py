@@ -21,7 +21,7 @@ from planar_chain import Refused, Scene, Simulation, equations, simulate
 
 BIN = sys.argv[1]
 ROD = {"mass": 1.0, "inertia": 1 / 12, "com": [0.5, 0.0], "pin": [1.0, 0.0]}
-DOUBLE = Scene({"chain": ["upper", "lower"], "links": {"upper": {**ROD, "initial": {"angle": 0.4}}, "lower": ROD},
+DOUBLE = Scene({"chain": ["upper", "lower"], "links": {"upper": {**ROD, "initial": {"angle": 0.4, "velocity": 0.3}}, "lower": {**ROD, "initial": {"angle": 0.2}}},
                 "integrator": {"tolerance": 1e-11}})
 BALL = Scene({"chain": ["ball"], "links": {"ball": {"mass": 1, "pin": [0, 0], "joint": {"type": "prismatic", "axis": [0, 1]},
                                                     "initial": {"position": 1}}}})
