@@ -197,7 +197,9 @@ struct Simulation::Parts {
     const double begin = state.t;
     if (derivatives) pieceFrom = y;
     const ode::Outcome outcome = sampler ? sampler->integrate(integrator(), state, end, longest)
-                                         : integrator().integrate(state, end, longest, EnergyCheck::period);
+                                 : derivatives
+                                     ? integrateWithDerivatives(end, longest)
+                                     : integrator().integrate(state, end, longest, EnergyCheck::period);
     restore();
 
     // The balance of energy, every few steps.
@@ -206,7 +208,7 @@ struct Simulation::Parts {
     const bool isDue = !hasSwitched || unchecked >= EnergyCheck::period || state.t >= end;
     if (ode::hasFailed(outcome) || (isDue && !guard.accept(state, y.data(), unchecked)))
       return goBack(outcome);
-    if (derivatives) derivatives->follow(begin, pieceFrom, state.t);
+    if (derivatives && sampler) derivatives->follow(begin, pieceFrom, state.t, y, {});
     if (isDue) {
       if (derivatives) derivatives->keep();
       unchecked = 0;
@@ -234,6 +236,19 @@ struct Simulation::Parts {
     } else if (isStuck()) {
       rescueBy(rungs - 1);
     }
+  }
+
+  /// As Integrator::integrate(), and derivatives follow each step.
+  ode::Outcome integrateWithDerivatives(double end, double longest) {
+    ode::Outcome outcome = ode::Outcome::underway;
+    for (int k = 0; outcome == ode::Outcome::underway && k < EnergyCheck::period; ++k) {
+      pieceFrom = y;
+      const double begin = state.t;
+      outcome = integrator().integrate(state, end, longest, 1);
+      restore();
+      if (!ode::hasFailed(outcome)) derivatives->follow(begin, pieceFrom, state.t, y, dynamics.lastSeries());
+    }
+    return outcome;
   }
 
   /// To the last good state, and on by the next rung of the ladder, if there is one.
