@@ -93,7 +93,7 @@ bool NearScenes::changeOfJoints(double t, const double* y, const Effects& effect
   Couplings own(n), near(n);
   to.setZero(4, n);
   for (const auto& one : all_) {
-    const auto varies = [](const Effect* effect) { return !effect->coupler() && effect->variesWithTime(); };
+    const auto varies = [](Effect* effect) { return !effect->coupler() && effect->variesWithTime(); };
     const std::vector<Effect*>& active = one->effects.active();
     if (std::any_of(active.begin(), active.end(), varies)) return false;
     for (const int order : {1, 0}) {  // a piece of a law follows from these
