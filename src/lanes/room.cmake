@@ -22,7 +22,10 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   endif()
   if(AVX512_COMPILES)
     target_sources(${PROJECT_NAME}_core PRIVATE src/lanes/avx512.cpp src/lanes/columns_avx512.cpp)
-    set_source_files_properties(src/lanes/avx512.cpp src/lanes/columns_avx512.cpp PROPERTIES COMPILE_OPTIONS "${avx512};${kernel}")
+    set_source_files_properties(src/lanes/avx512.cpp PROPERTIES COMPILE_OPTIONS "${avx512};${kernel}")
+    # It takes no half registers.
+    set_source_files_properties(src/lanes/columns_avx512.cpp PROPERTIES
+      COMPILE_OPTIONS "${avx512};${kernel};-Wno-unused-function")
     set_property(SOURCE src/lanes/column_series.cpp src/lanes/kernels.cpp APPEND PROPERTY COMPILE_DEFINITIONS PLANAR_CHAIN_AVX512)
   else()
     message(STATUS "The compiler does not make the kernel for AVX-512: AVX2 is the best")

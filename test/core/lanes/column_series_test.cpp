@@ -63,10 +63,12 @@ struct Motion {
     coordinates.toAbsolute(scene.qd.data(), y.data() + n);
     dynamics.begin(0, y.data());
     dynamics.series(0, y.data(), nullptr, order, c.data());
-    VectorXd sum = VectorXd::Zero(2 * n);
-    for (int k = order; k >= 0; --k) sum = h * sum + Eigen::Map<VectorXd>(&c[index(k * 2 * n)], 2 * n);
-    coordinates.toRelative(sum.data(), end.data());
-    coordinates.toRelative(sum.data() + n, end.data() + n);
+    for (int i = 0; i < 2 * n; ++i) {
+      end[i] = 0;
+      for (int k = order; k >= 0; --k) end[i] = h * end[i] + c[index(k * 2 * n + i)];
+    }
+    coordinates.toRelative(end.data(), end.data());
+    coordinates.toRelative(end.data() + n, end.data() + n);
   }
   int n;
   std::vector<double> c;
@@ -77,11 +79,10 @@ struct Motion {
 template <class SceneAt>
 VectorXd difference(const SceneAt& sceneAt, double h) {
   constexpr double step = 1e-3;
-  VectorXd sum;
+  VectorXd sum = VectorXd::Zero(Motion(sceneAt(0), h).end.size());
   for (const auto& [k, weight] : {std::pair(1, 45.), {2, -9.}, {3, 1.}}) {
-    const VectorXd part =
-        weight / (60 * step) * (Motion(sceneAt(k * step), h).end - Motion(sceneAt(-k * step), h).end);
-    sum = sum.size() == 0 ? part : VectorXd(sum + part);
+    const Motion more(sceneAt(k * step), h), less(sceneAt(-k * step), h);
+    sum += weight / (60 * step) * (more.end - less.end);
   }
   return sum;
 }
