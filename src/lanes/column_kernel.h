@@ -39,8 +39,7 @@ class Columns {
   }
 
  private:
-  // ---- Where the series are
-  // --------------------------------------------------------------------------------
+  // ---- Where the series are -----------------------------------------------------------------------------
 
   double* series(int number) const {
     return of_.series + static_cast<std::ptrdiff_t>(number) * of_.apart + ColumnArrays::before;
@@ -71,8 +70,7 @@ class Columns {
     for (int k = 0; k < orders_; k += laneCount) f(k);
   }
 
-  // ---- The motion
-  // ------------------------------------------------------------------------------------------
+  // ---- The motion ---------------------------------------------------------------------------------------
 
   void takeMotion() {
     for (int j = 0; j < n_; ++j) {
@@ -121,8 +119,7 @@ class Columns {
     }
   }
 
-  // ---- The matrices
-  // ----------------------------------------------------------------------------------------
+  // ---- The matrices -------------------------------------------------------------------------------------
 
   void findMatrices() {
     for (int i = 0; i < n_; ++i) {
@@ -211,8 +208,7 @@ class Columns {
     }
   }
 
-  // ---- What moves the columns besides
-  // ----------------------------------------------------------------------
+  // ---- What moves the columns besides -------------------------------------------------------------------
 
   double* columnsOf(int order, int i) const {
     return of_.columns + (static_cast<std::ptrdiff_t>(order) * n_ + i) * of_.width;
@@ -228,17 +224,17 @@ class Columns {
       for (int i = n_ - 2; i >= of_.leading; --i) addSeries(source(i + 1), source(i));
       for (int i = 0; i < n_; ++i) {
         const double* joint = change + Terms::joint(i, n_);
-        const double *c = c_, *own = source(i);
+        const bool changes = joint[0] != 0 || joint[1] != 0 || joint[2] != 0;
         const int inner = i > of_.leading ? i - 1 : i;
-        if (joint[0] == 0 && joint[1] == 0 && joint[2] == 0) {
-          for (int k = 0; k < of_.order; ++k) sourcesOf(k, i)[of_.firstNumber + p] = own[k];
-        } else {
-          for (int k = 0; k < of_.order; ++k, c += 2 * n_) {
-            const auto relative = [&](const double* x) { return inner < i ? x[i] - x[inner] : x[i]; };
-            const double next = following()[k] * relative(c + 3 * n_);
-            sourcesOf(k, i)[of_.firstNumber + p] =
-                own[k] - joint[0] * next - joint[1] * relative(c + n_) - joint[2] * relative(c);
+        for (int k = 0; k < of_.order; ++k) {
+          const double* c = c_ + 2 * n_ * k;
+          const auto relative = [&](const double* x) { return inner < i ? x[i] - x[inner] : x[i]; };
+          double sum = source(i)[k];
+          if (changes) {
+            sum -= joint[0] * (k + 1) * relative(c + 3 * n_) + joint[1] * relative(c + n_) +
+                   joint[2] * relative(c);
           }
+          sourcesOf(k, i)[of_.firstNumber + p] = sum;
         }
         sourcesOf(0, i)[of_.firstNumber + p] += joint[3];
       }
@@ -263,8 +259,7 @@ class Columns {
     }
   }
 
-  // ---- Order by order
-  // --------------------------------------------------------------------------------------
+  // ---- Order by order -----------------------------------------------------------------------------------
 
   /// By Gauss and Jordan. Of prescribed joints the rows and columns are 0.
   void invertMasses() {
