@@ -113,7 +113,7 @@ class GeneralMotion final : private Mechanics {
     return own;
   }
   JointAnswer answer(double t, const double* y) override;
-  void settle(double t, double* y, double most) override;
+  void snapPrescribed(double t, double* y, double most) override;
   void forget(bool holds) override;
   bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }
   void runWelded(double t, const double* y, Evaluation& to);
@@ -129,8 +129,8 @@ class GeneralMotion final : private Mechanics {
   Evaluation queried_;
   std::optional<Welded> welded_;
   std::optional<Closure> closure_;  ///< if the tip is held
-  Couplings held_;
-  std::vector<double> scratch_, settled_;
+  Couplings couplingsNow_;
+  std::vector<double> scratch_, snapped_;
   long long evaluations_ = 0;
 };
 

@@ -51,7 +51,7 @@ NearScenes::One::Rates::Rates(const Scene& scene, Effects& effects)
     : mechanism(scene.chain, true), motion(mechanism, effects), at(mechanism, effects) {}
 
 NearScenes::One::One(const Scene& near, double weight_) : scene(near), weight(weight_), effects(scene) {
-  if (!effects.couplers().empty()) ratesMade();
+  if (!effects.jointConstraints().empty()) ratesMade();
 }
 
 NearScenes::One::Rates& NearScenes::One::ratesMade() {
@@ -93,14 +93,14 @@ bool NearScenes::changeOfJoints(double t, const double* y, const Effects& effect
   Couplings own(n), near(n);
   to.setZero(4, n);
   for (const auto& one : all_) {
-    const auto varies = [](Effect* effect) { return !effect->coupler() && effect->variesWithTime(); };
+    const auto varies = [](Effect* effect) { return !effect->jointConstraint() && effect->variesWithTime(); };
     const std::vector<Effect*>& active = one->effects.active();
     if (std::any_of(active.begin(), active.end(), varies)) return false;
     for (const int order : {1, 0}) {  // a piece of a law follows from these
       effects.couple(t, order, own);
       one->effects.couple(t, order, near);
       for (std::size_t i = 0; i < index(n); ++i) {
-        if (near.joints[i].isPrescribed && !isSame(near.held[i], own.held[i])) return false;
+        if (near.joints[i].isPrescribed && !isSame(near.prescribed[i], own.prescribed[i])) return false;
       }
     }
     to += one->weight * jointTerms(one->effects, near, one->scene.chain.coordinates(), t, y);
