@@ -85,12 +85,14 @@ bool ColumnSteps::takeNumbers(double t, const VectorXd& y) {
 bool ColumnSteps::follow(const MotionInSeries& motion, double h, MatrixXd& columns) {
   constexpr int mostSteps = 64;
   constexpr double shortest = 1e-3, sure = 0.9;  // s; of the step whose error would just be allowed
-  const double tolerance = scene_.integrator.tolerance;
+  // Tolerances a second, of the last term: what the series leaves out is far less, by the complex steps of
+  // derivatives_test a hundredth of a tolerance.
+  constexpr double allowed = 4;
+  const double most = allowed * scene_.integrator.tolerance;
   write(columns);
   series_->find(motion.c);
   const auto errorOf = [&](double step) {
-    constexpr double share = 4;  // as in ode/integrator.h
-    return share * series_->evaluate(step) / (tolerance * std::min(std::max(step, shortest), 1.0));
+    return series_->evaluate(step) / (most * std::min(std::max(step, shortest), 1.0));
   };
   double left = h;
   for (int k = 0; k < mostSteps; ++k) {
