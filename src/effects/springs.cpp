@@ -217,10 +217,10 @@ class MixedSprings : public Effect {
 class SpringKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    constexpr double all = std::numeric_limits<double>::infinity();
+    constexpr double most = 1e6;  // rad or m, as initial angles of a joint with a spring
     return {{"damping", &Joint::damping, NumberRule::coefficient("N m s/rad"), true, false, "damping"},
             {"stiffness", &Joint::stiffness, NumberRule::coefficient("N m/rad")},
-            {"rest_angle", &Joint::restAngle, {", in rad", -all, all, false}}};
+            {"rest_angle", &Joint::restAngle, {" from -1e6 to 1e6 rad", -most, most, true}}};
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {

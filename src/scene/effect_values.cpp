@@ -1,5 +1,6 @@
 #include "scene/effect_values.h"
 
+#include <limits>
 #include <set>
 #include <string>
 
@@ -78,6 +79,7 @@ void takeEffects(const Section& in, Joint& joint) {
   std::set<std::string> refused;
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
+      if (!key.isAllowedBesideDrive && in.has("drive")) continue;  // a fault in any range
       double value = 0;
       if (!in.take(key.name, {joint.isPrismatic ? inUnitsOfPrismatic(key.range.which) : key.range.which},
                    value)) {
@@ -89,6 +91,10 @@ void takeEffects(const Section& in, Joint& joint) {
       }
     }
   }
+  // A limit that is no number is a limit: a stop may be beside it.
+  constexpr double far = std::numeric_limits<double>::max();
+  if (refused.count("lower") > 0) joint.lower = -far;
+  if (refused.count("upper") > 0) joint.upper = far;
   for (const Fault& fault : faultsOf(in.has("stop_stiffness") ? joint : withStop(joint))) {
     const std::string key = fault.path.substr(fault.path.find('/') + 1);
     if (refused.insert(key).second) in.fault(key, fault.expected);

@@ -4,15 +4,29 @@
 
 namespace planar_chain {
 
-std::optional<JointType> takeType(const Section& link) {
+namespace {
+
+/// The type that a link's other keys fit: only floating ones have a linear velocity, only prismatic ones an
+/// axis and a position, and only prismatic ones may leave out their centre of mass.
+JointType likelyType(const Section& link) {
+  if (link.has("initial/linear_velocity")) return JointType::floating;
+  return link.has("joint/axis") || link.has("initial/position") || !link.has("com") ? JointType::prismatic
+                                                                                    : JointType::revolute;
+}
+
+}  // namespace
+
+JointType takeType(const Section& link, bool& isSound) {
   const Value* joint = link.find("joint");
   if (!joint || !joint->map() || joint->map()->count("type") == 0) return JointType::revolute;
   std::string type;
   const auto isType = [](const std::string& text) {
     return text == "revolute" || text == "prismatic" || text == "floating";
   };
-  if (!link.section("joint").takeText("type", isType, "revolute, prismatic or floating", type))
-    return std::nullopt;
+  if (!link.section("joint").takeText("type", isType, "revolute, prismatic or floating", type)) {
+    isSound = false;
+    return likelyType(link);
+  }
   if (type == "floating") return JointType::floating;
   return type == "prismatic" ? JointType::prismatic : JointType::revolute;
 }

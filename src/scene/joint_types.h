@@ -3,7 +3,6 @@
 /// Reads what a scene has of prismatic links, and of a floating one: two prismatic links without mass, and
 /// the link itself.
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +13,9 @@ namespace planar_chain {
 
 enum class JointType { revolute, prismatic, floating };
 
-/// Key `joint/type` of a link. Any other value is a fault, and gives nothing.
-std::optional<JointType> takeType(const Section& link);
+/// Key `joint/type` of a link. Any other value is a fault: isSound becomes false, and the type that fits the
+/// other keys is returned, so that these can be checked.
+JointType takeType(const Section& link, bool& isSound);
 
 /// A link below the inner pin of a floating link, with a prismatic joint along x (axis 0) or y (axis 1).
 struct FreeAxis {

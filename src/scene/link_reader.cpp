@@ -96,12 +96,7 @@ Entry readEntry(const Section& links, const std::string& name) {
 
   // The number of links. Which other values they need depends on the joint's type.
   entry.isCounted = takeCount(in, "repeat", entry.repeat);
-  const std::optional<JointType> type = takeType(in);
-  if (!type) {
-    takeName(in.section("joint"), entry);
-    entry.isSound = false;
-    return entry;
-  }
+  const JointType type = takeType(in, entry.isSound);
 
   // The body. A prismatic link needs only its mass.
   const bool isPrismatic = entry.joint.isPrismatic = type == JointType::prismatic;

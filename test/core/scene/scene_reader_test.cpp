@@ -339,6 +339,12 @@ TEST(SceneReader, ReadsEverySceneThatShips) {
   EXPECT_GE(count, 6);
 }
 
+/// Its start closes the chain, so that nothing is moved at each load.
+TEST(SceneReader, TheDiggerIsNotMovedAtTheStart) {
+  std::ifstream file(SCENES_DIR "/digger.yaml");
+  EXPECT_TRUE(readSceneText({std::istreambuf_iterator<char>(file), {}}).notes.empty());
+}
+
 /// The force of the BEAM problem, 1.5 sin² t, is written there as two loads.
 TEST(SceneReader, TheBeamsLoadsAreTheProblems) {
   std::ifstream file(SCENES_DIR "/beam.yaml");
