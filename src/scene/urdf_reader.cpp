@@ -289,10 +289,24 @@ void append(const UrdfJoint& joint, const Vector3d& axis, const Plane& plane, Li
   robot.joints.push_back(std::move(own));
 }
 
-/// The first axis that is normal to the plane of motion, in the root's axes.
+/// The normal of the plane of motion, in the root's axes: the first axis of a joint that turns. Prismatic
+/// joints alone move in the plane of the first axis and of the next one that is not parallel to it, or of
+/// gravity. Of its two normals the one is taken that points to the front (−y), or upwards.
 std::optional<Vector3d> normalOf(const std::vector<Body>& bodies) {
+  std::vector<Vector3d> axes;
+  bool arePrismatic = true;
   for (const Body& body : bodies) {
-    if (body.next && body.next->hasNormal) return Vector3d(body.nextPose.linear() * body.next->along);
+    if (!body.next) continue;
+    axes.emplace_back(body.nextPose.linear() * body.next->along);
+    if (body.next->hasNormal) return axes.back();
+    arePrismatic = arePrismatic && body.next->isPrismatic;
+  }
+  if (axes.empty() || !arePrismatic) return std::nullopt;
+  axes.insert(axes.end(), {Vector3d::UnitZ(), Vector3d::UnitX()});
+  for (const Vector3d& axis : axes) {
+    const Vector3d k = axes[0].cross(axis);
+    if (k.norm() <= parallel) continue;
+    return Vector3d(Vector3d(0.01, -1, 0.1).dot(k) < 0 ? -k.normalized() : k.normalized());
   }
   return std::nullopt;
 }
@@ -318,8 +332,8 @@ std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>
   if (!normal) {
     faults.insert(faults.end(), branches.begin(), branches.end());
     faults.push_back({"robot_description",
-                      "a joint that is revolute, continuous or planar (prismatic joints or a floating one "
-                      "alone do not give the plane of motion)",
+                      "a joint that is revolute, continuous, prismatic or planar (a floating one alone does "
+                      "not give the plane of motion)",
                       "none"});
     return std::nullopt;
   }

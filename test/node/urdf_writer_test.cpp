@@ -103,6 +103,29 @@ TEST(Urdf, OfAPrismaticJointWithinTheChainIsTheSameChainAgain) {
   EXPECT_EQ(readUrdf(urdfOf(scene, framesOf(scene, "/"))).joints[1].other("effort_limit"), 3);
 }
 
+/// Rails along x, along y, against x; two at an angle; one more that is parallel.
+TEST(Urdf, OfPrismaticJointsAloneIsTheSameChainAgain) {
+  const auto slider = [](const std::string& name, const std::string& axis) {
+    return name + ": {mass: 1, pin: [0.1, 0.2], joint: {type: prismatic, axis: " + axis + ", upper: 2}}";
+  };
+  for (const char* axis : {"[1, 0]", "[0, 1]", "[-1, 0]", "[3, -4]"}) {
+    expectTheSameAgain(readSceneText("chain: [a]\nlinks: {" + slider("a", axis) + "}"));
+    expectTheSameAgain(readSceneText("chain: [a, b, c]\nlinks: {" + slider("a", axis) + ", " +
+                                     slider("b", "[1, 2]") + ", " + slider("c", "[1, 2]") + "}"));
+  }
+}
+
+/// On the first carriage, from limit to limit.
+TEST(Urdf, ShowsTheRailOfASecondCarriage) {
+  const Scene scene = readSceneText(
+      "chain: [bridge, trolley]\nlinks: {bridge: {mass: 1, joint: {type: prismatic, axis: [1, 0]}}, "
+      "trolley: {mass: 1, joint: {type: prismatic, axis: [0, 1], lower: -1, upper: 3}}}");
+  const std::string urdf = urdfOf(scene, framesOf(scene, "/"));
+  const std::string rail = "<box size=\"" + toText(4 + carriageLength * Drawing(scene).bar) + " ";
+  const std::size_t bridge = urdf.find("<link name=\"bridge\">");
+  EXPECT_LT(urdf.find(rail, bridge), urdf.find("</link>", bridge)) << urdf;
+}
+
 /// Two rails on the boom, from limit to limit, and a block of the tube between them.
 TEST(Urdf, ShowsWhatSlidesOnWhat) {
   const Scene scene = readSceneText(telescope);

@@ -172,10 +172,12 @@ class Writer {
     }
   }
 
-  /// A box on its rail, with the pin on it that carries the next link.
+  /// A box on its rail, with what it carries: the pin of the next link, or the rail of the next carriage.
   void carriage(int i) {
     const Vec2d axis = chain_.joints()[index(i)].axis, pin = chain_.links()[index(i)].pin;
     const double w = drawing_.bar, angle = std::atan2(axis.y, axis.x);
+    if (i + 1 < chain_.coordinates().leading())
+      rail(pin, chain_.joints()[index(i + 1)].axis, railOf(scene_, i + 1, drawing_.links));
     box({}, angle, carriageLength * w, carriageHeight * w, 1.2 * w, paintOf(i).name);
     if (length(pin) > 0)
       box(0.5 * pin, std::atan2(pin.y, pin.x), length(pin), 0.6 * w, 0.6 * w, paintOf(i + 1).name);
