@@ -124,7 +124,8 @@ class TwoChains(InFolder):
 
         with open(self.path('opened'), encoding='utf-8') as file:
             manager = yaml.safe_load(file)['Visualization Manager']
-        self.assertEqual(manager['Views']['Current']['Focal Point'], {'X': 2, 'Y': 0, 'Z': 0})
+        place = manager['Views']['Current']['Position']
+        self.assertEqual((place['X'], place['Z']), (2, 0))
         groups = {display['Name']: display['Displays'] for display in manager['Displays'] if display['Class'] == 'rviz/Group'}
         self.assertEqual(set(groups), {'/left/planar_chain', '/right/planar_chain'})
         for k, (node, displays) in enumerate(sorted(groups.items())):

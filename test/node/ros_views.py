@@ -339,9 +339,16 @@ class Views(unittest.TestCase):
         self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
         show.fit(config, (2.0, -3.0), 6.25)
         manager = config['Visualization Manager']
-        view = manager['Views']['Current']
-        self.assertAlmostEqual(view['Distance'] * math.tan(view['Field of View'] / 2), 1.25 * 5, delta=1e-9)
-        self.assertEqual(view['Focal Point'], {'X': 2, 'Y': 0, 'Z': -3})
+        # A mouse that misses the links does not turn the first view. Another one is free.
+        first, free = manager['Views']['Current'], manager['Views']['Saved'][1]
+        self.assertEqual(first, manager['Views']['Saved'][0])
+        self.assertIs(first['Lock Camera'], True)
+        distance = free['Distance']
+        self.assertAlmostEqual(distance * math.tan(free['Field of View'] / 2), 1.25 * 5, delta=1e-9)
+        self.assertEqual(first['Position'], {'X': 2, 'Y': -distance, 'Z': -3})
+        self.assertEqual(free['Focal Point'], {'X': 2, 'Y': 0, 'Z': -3})
+        show.fit(config, (2.0, -3.0), 6.25, 'body')  # a frame of a chain: its z is to the front
+        self.assertEqual((first['Position'], first['Target Frame']), ({'X': 2, 'Y': -3, 'Z': distance}, 'body'))
         self.assertEqual(manager['Displays'][0]['Cell Size'], 1)
         shown = {display.get('Marker Topic') for display in manager['Displays']}
         self.assertLessEqual({'planar_chain/view/' + name for name in (
