@@ -130,6 +130,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
     if (momenta_) momenta_->keep(before.t, before.y.data(), state.t, state.y.data(), state.carry.data());
     return !holdsTip() || general_->project(state.t, state.y.data(), state.carry.data());
   }
+  double margin() const override { return general_ ? general_->lastSpread() : 1; }
 
   // ---- ode::LinearizedSystem -----------------------------------------------------------------------
 

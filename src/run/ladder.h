@@ -15,6 +15,7 @@
 #include "dynamics/dynamics.h"
 #include "ode/events.h"
 #include "ode/integrator.h"
+#include "ode/leaping_steps.h"
 #include "ode/methods.h"
 #include "ode/projected_steps.h"
 #include "planar_chain/scene.h"
@@ -178,6 +179,8 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
     const double most = ode::hasFixedStep(settings.method) ? 0.1 : 100 * settings.tolerance;
     constexpr double any = std::numeric_limits<double>::infinity();
     method = ode::projectedSteps(std::move(method), dynamics, scene.tip ? most : any);
+    if (scene.tip && !ode::hasFixedStep(settings.method))
+      method = ode::leapingSteps(std::move(method), dynamics, most);
   }
   const ode::EventList& events = dynamics.effects().events();
   return events.empty() ? std::move(method) : ode::stepsToEvents(std::move(method), events, dynamics);

@@ -1,0 +1,156 @@
+#include "ode/leaping_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "ode/leap.h"
+
+namespace planar_chain::ode {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// Square roots of margins, which fall like the distance from the pose.
+constexpr double near = 0.2;    ///< leaps begin below it
+constexpr double there = 1e-3;  ///< below it f is not exact enough for the beginning of a step
+constexpr double far = 0.5;     ///< steps below it do not go over a pose that they seem to come to
+
+constexpr double mostSteps = 8;     ///< of the length of the last one, in the first half of a leap
+constexpr double nextSteps = 1.5;   ///< likewise, in what is before a pose that the next step may go over
+constexpr double mostTurned = 0.3;  ///< rad, in a leap from the pose itself
+constexpr int mostTrials = 8;
+
+class LeapingSteps : public StepsOf {
+ public:
+  LeapingSteps(std::unique_ptr<Integrator> steps, System& f, double most)
+      : StepsOf(std::move(steps)), f_(f), most_(most), leap_(f), trial_(f.arrangedSize()) {}
+
+  Outcome advance(State& state, double end, double longestStep) override {
+    if (at_ != state.t) look(state);
+    hasLeapt_ = distance_ < near && mayLeap(state) && leap(state, end, longestStep);
+    if (hasLeapt_) {
+      note(state.t);
+      return state.t < end ? Outcome::underway : Outcome::arrived;
+    }
+    const Outcome outcome = steps_->advance(state, end, std::min(longestStep, longest()));
+    if (!hasFailed(outcome)) note(state.t);
+    return outcome;
+  }
+  bool stepTo(State& state, double t) override {
+    return hasLeapt_ ? leap_.at(t, state) && f_.project(state, state) : steps_->stepTo(state, t);
+  }
+  bool lookTo(State& state, double t) override {
+    return hasLeapt_ ? leap_.at(t, state) : steps_->lookTo(state, t);
+  }
+  int pieces() const override { return hasLeapt_ ? Leap::points : steps_->pieces(); }
+  void endAt(State& state) override {
+    hasLeapt_ ? void(f_.project(state, state)) : steps_->endAt(state);
+    note(state.t);
+  }
+  void restartAfter(Change change) override {
+    if (change == Change::all) {
+      at_ = -infinity;
+      limit_ = infinity;
+    }
+    steps_->restartAfter(change);
+  }
+  StepCount count() const override {
+    StepCount count = steps_->count();
+    count.accepted += leaps_;
+    count.rejected += failedLeaps_;
+    count.leaps += leaps_;
+    return count;
+  }
+  void saveOrRestore(Snapshot& snapshot) override {
+    StepsOf::saveOrRestore(snapshot);
+    snapshot(distance_, at_, left_, last_, limit_, leaps_, failedLeaps_);
+  }
+
+ private:
+  /// Finds the distance where nothing is known of it.
+  void look(const State& state) {
+    trial_ = state;
+    f_.project(trial_, state);
+    at_ = state.t;
+    distance_ = std::sqrt(f_.margin());
+    left_ = infinity;
+    last_ = 0;
+  }
+  /// A step has ended here, with a projection.
+  void note(double t) {
+    const double before = std::exchange(distance_, std::sqrt(f_.margin()));
+    last_ = t - std::exchange(at_, t);
+    left_ = distance_ < before ? distance_ * last_ / (before - distance_) : infinity;
+    if (distance_ > near) limit_ = infinity;
+  }
+  bool mayLeap(const State& state) const {
+    return distance_ < there ? fastest(state) > 0 : left_ < std::min(mostSteps * last_, limit_ / 2);
+  }
+  /// Of the next step.
+  double longest() const {
+    const bool mayReach = left_ < nextSteps * last_ && distance_ < far;
+    return mayReach ? std::max(left_ - limit_ / 2, left_ / 2) : infinity;
+  }
+  double fastest(const State& state) const {
+    const Eigen::Index n = f_.places();
+    return state.y.segment(n, n).cwiseAbs().maxCoeff();
+  }
+
+  bool leap(State& state, double end, double longestStep) {
+    double h = 2 * left_;
+    if (distance_ < there)
+      h = std::min(left_ < infinity ? std::max(h, limit_) : limit_, mostTurned / fastest(state));
+    for (int k = 0; k < mostTrials; ++k) {
+      const Leap::Result result = leap_.attempt(state, h, *steps_);
+      if (result == Leap::Result::nearCrossing) {
+        constexpr double otherGap = 0.83;
+        h *= otherGap;
+        continue;
+      }
+      const bool isMade = result == Leap::Result::made && leap_.error() <= 1;
+      if (isMade && land(state, std::min({state.t + h, end, state.t + longestStep}))) {
+        ++leaps_;
+        limit_ = 2 * h;
+        return true;
+      }
+      ++failedLeaps_;
+      limit_ = h *= 0.5;
+      if (distance_ > there) return false;
+    }
+    return false;
+  }
+  bool land(State& state, double t) {
+    if (!leap_.at(t, trial_)) return false;
+    reached_ = trial_.y;
+    if (!f_.project(trial_, state)) return false;
+    const bool isSmall =
+        ((trial_.y - reached_).cwiseAbs().array() <= most_ * (1 + reached_.cwiseAbs().array())).all();
+    if (!isSmall) return false;
+    state = trial_;
+    steps_->restartAfter(Change::kink);
+    return true;
+  }
+
+  System& f_;
+  const double most_;
+  Leap leap_;
+  bool hasLeapt_ = false;
+  double distance_ = 1;     ///< from the pose
+  double at_ = -infinity;   ///< when, s
+  double left_ = infinity;  ///< time to the pose, s
+  double last_ = 0;         ///< the length of the last step, s
+  double limit_ = infinity; ///< of the length of a leap, s
+  long long leaps_ = 0, failedLeaps_ = 0;
+  State trial_;
+  Vector reached_ = trial_.y;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> leapingSteps(std::unique_ptr<Integrator> steps, System& f, double most) {
+  return std::make_unique<LeapingSteps>(std::move(steps), f, most);
+}
+
+}  // namespace planar_chain::ode
