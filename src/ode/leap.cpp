@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 namespace planar_chain::ode {
@@ -88,18 +90,17 @@ bool Leap::projected(State& state, double t, int terms) const {
   return set(state, t, terms) && f_.project(state, from_);
 }
 
-Leap::Result Leap::attempt(const State& from, double h, const Integrator& allowance) {
+Leap::Result Leap::attempt(const State& from, double distance, double h, const Integrator& allowance) {
   from_ = from;
   h_ = h;
-  const Result result = approach();
+  crossing_ = std::numeric_limits<double>::quiet_NaN();
+  const Result result = approach(distance);
   return result == Result::made ? iterate(allowance) : result;
 }
 
 /// Computes f at the points from one to the next.
-Leap::Result Leap::approach() {
-  // Of the distance of the farthest point: less is not in a gap of the points, more is no crossing.
-  constexpr double near = 0.018, far = 0.5;
-  double least = std::numeric_limits<double>::infinity(), most = 0;
+Leap::Result Leap::approach(double distance) {
+  std::array<double, points + 1> at{from_.t}, distances{distance};
   node_ = from_;
   for (int i = 0; i < points; ++i) {
     const double step = time(i) - node_.t;
@@ -115,19 +116,33 @@ Leap::Result Leap::approach() {
       return Result::diverged;
     node_.t = time(i);
     if (!f_.project(node_, from_)) return Result::diverged;
-    const double distance = std::sqrt(f_.margin());
-    least = std::min(least, distance);
-    most = std::max(most, distance);
+    const auto k = static_cast<std::size_t>(i + 1);
+    at[k] = node_.t;
+    distances[k] = std::sqrt(f_.margin());
     f_.slope(node_.t, node_.y.data(), slopes_.col(i).data());
   }
-  return least < near * most ? Result::nearCrossing : least > far * most ? Result::nothing : Result::made;
+  // The crossing, by the nearest state and its neighbour: between them, or ahead of all.
+  constexpr double far = 0.3;
+  const auto least = std::min_element(distances.begin(), distances.end());
+  if (*least > far * *std::max_element(distances.begin(), distances.end())) return Result::nothing;
+  const auto k = static_cast<std::size_t>(least - distances.begin());
+  const bool isLast = k == points;
+  const std::size_t other = isLast || (k > 0 && distances[k - 1] < distances[k + 1]) ? k - 1 : k + 1;
+  const double both = isLast ? distances[k] - distances[other] : distances[k] + distances[other];
+  crossing_ = k == 0 ? from_.t : at[k] + (at[other] - at[k]) * distances[k] / both;
+  // Near a point, or behind all?
+  constexpr double near = 0.03, end = 0.93;
+  const double share = (crossing_ - from_.t) / h_;
+  const bool isNear = k > 0 && ((nodes_.array() - share).abs().minCoeff() < near || share > end);
+  return isNear ? Result::nearCrossing : Result::made;
 }
 
-/// A change that is rounding counts as none: of a state near the crossing, off the branch.
+/// In units of the error that ten steps as long may add: from one crossing to the next, a motion makes more of
+/// them. A change that is rounding counts as none: of a state near the crossing, off the branch.
 double Leap::norm(const Vector& change, const Integrator& allowance) const {
-  constexpr double rounding = 1e-13;
+  constexpr double rounding = 1e-13, steps = 10;
   const double most = rounding * (1 + from_.y.cwiseAbs().maxCoeff());
-  return change.cwiseAbs().maxCoeff() <= most ? 0 : allowance.errorNorm(from_.y, h_, change);
+  return change.cwiseAbs().maxCoeff() <= most ? 0 : allowance.errorNorm(from_.y, steps * h_, change);
 }
 
 Leap::Result Leap::iterate(const Integrator& allowance) {
@@ -143,6 +158,7 @@ Leap::Result Leap::iterate(const Integrator& allowance) {
     change_ = node_.y - last_.y;
     std::swap(last_.y, node_.y);
     const double change = norm(change_, allowance);
+    if (getenv("DBG")) std::fprintf(stderr, "    change %.3g of %.3g\n", change, change_.cwiseAbs().maxCoeff());
     if (change <= exact || (change <= 1 && change > before / 2)) break;
     if (k == most || !(change < before || k < 2)) return Result::diverged;
     before = change;

@@ -39,8 +39,11 @@ class Leap {
     nearCrossing,  ///< a point is near the crossing: another length has others
     diverged       ///< the iteration diverges, or is not finite
   };
-  /// Attempts a step of length h. The allowance is that of errorNorm().
-  Result attempt(const State& from, double h, const Integrator& allowance);
+  /// Attempts a step of length h. distance: the square root of the margin where it starts. The allowance is that
+  /// of errorNorm().
+  Result attempt(const State& from, double distance, double h, const Integrator& allowance);
+  /// Of the last attempt: the time of the crossing. NaN: unknown.
+  double crossing() const { return crossing_; }
   /// Of the last attempt that was made: bounds the error within the step, in units of the allowance.
   double error() const { return error_; }
   double start() const { return from_.t; }
@@ -51,7 +54,7 @@ class Leap {
   using Weights = Eigen::Matrix<double, points, 1>;
   using Table = Eigen::Matrix<double, points, points>;
 
-  Result approach();
+  Result approach(double distance);
   Result iterate(const Integrator& allowance);
   Result estimate(const Integrator& allowance);
   double norm(const Vector& change, const Integrator& allowance) const;
@@ -63,7 +66,7 @@ class Leap {
   const Eigen::Index n_;  ///< places
   Weights nodes_;
   Table series_;  ///< row k: the coefficient of P_k, from values at the points
-  double h_ = 0, error_ = 0;
+  double h_ = 0, error_ = 0, crossing_ = 0;
   State from_;
   State node_, last_;
   mutable Vector increment_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <utility>
 
@@ -13,14 +15,17 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // Square roots of margins, which fall like the distance from the pose.
-constexpr double near = 0.2;    ///< leaps begin below it
+constexpr double near = 0.35;   ///< leaps begin below it
 constexpr double there = 1e-3;  ///< below it f is not exact enough for the beginning of a step
 constexpr double far = 0.5;     ///< steps below it do not go over a pose that they seem to come to
 
-constexpr double mostSteps = 8;     ///< of the length of the last one, in the first half of a leap
-constexpr double nextSteps = 1.5;   ///< likewise, in what is before a pose that the next step may go over
-constexpr double mostTurned = 0.3;  ///< rad, in a leap from the pose itself
+constexpr double nextSteps = 1.5;  ///< of the length of the last one, to a pose that the next may go over
+constexpr double mostTurned = 0.5;  ///< rad, in a leap
 constexpr int mostTrials = 8;
+/// Where the pose may be in a leap, in its length: amid two of its points.
+constexpr double gaps[] = {0.061, 0.169, 0.323, 0.5, 0.677, 0.831};
+
+constexpr double lastGap = 0.831;
 
 class LeapingSteps : public StepsOf {
  public:
@@ -34,7 +39,7 @@ class LeapingSteps : public StepsOf {
       note(state.t);
       return state.t < end ? Outcome::underway : Outcome::arrived;
     }
-    const Outcome outcome = steps_->advance(state, end, std::min(longestStep, longest()));
+    const Outcome outcome = steps_->advance(state, end, std::min(longestStep, longest(state)));
     if (!hasFailed(outcome)) note(state.t);
     return outcome;
   }
@@ -83,42 +88,52 @@ class LeapingSteps : public StepsOf {
     const double before = std::exchange(distance_, std::sqrt(f_.margin()));
     last_ = t - std::exchange(at_, t);
     left_ = distance_ < before ? distance_ * last_ / (before - distance_) : infinity;
-    if (distance_ > near) limit_ = infinity;
+    if (distance_ > near && left_ == infinity) limit_ = infinity;
   }
   bool mayLeap(const State& state) const {
-    return distance_ < there ? fastest(state) > 0 : left_ < std::min(mostSteps * last_, limit_ / 2);
+    return left_ < lastGap * reach(state) || (distance_ < there && fastest(state) > 0);
   }
   /// Of the next step.
-  double longest() const {
+  double longest(const State& state) const {
     const bool mayReach = left_ < nextSteps * last_ && distance_ < far;
-    return mayReach ? std::max(left_ - limit_ / 2, left_ / 2) : infinity;
+    return mayReach ? std::max(left_ - lastGap * reach(state), left_ / 2) : infinity;
   }
+  double reach(const State& state) const { return std::min(limit_, mostTurned / fastest(state)); }
   double fastest(const State& state) const {
     const Eigen::Index n = f_.places();
     return state.y.segment(n, n).cwiseAbs().maxCoeff();
   }
 
   bool leap(State& state, double end, double longestStep) {
-    double h = 2 * left_;
-    if (distance_ < there)
-      h = std::min(left_ < infinity ? std::max(h, limit_) : limit_, mostTurned / fastest(state));
+    double left = left_ < infinity ? left_ : 0, most = reach(state);
     for (int k = 0; k < mostTrials; ++k) {
-      const Leap::Result result = leap_.attempt(state, h, *steps_);
+      double h = most;
+      if (left > 0) {
+        const auto gap = std::find_if(std::begin(gaps), std::end(gaps), [&](double share) { return left <= share * most; });
+        if (gap == std::end(gaps)) break;
+        h = left / *gap;
+      }
+      const Leap::Result result = leap_.attempt(state, distance_, h, *steps_);
+      if (getenv("DBG")) std::fprintf(stderr, "t %.6f dist %.3g left %.3g last %.3g limit %.3g h %.3g result %d error %.3g crossing %.3g of h\n", state.t, distance_, left, last_, limit_, h, int(result), leap_.error(), (leap_.crossing() - state.t)/h);
+      if (result == Leap::Result::nothing) {
+        limit_ = left / 2;
+        return false;
+      }
+      if (leap_.crossing() > state.t) left = leap_.crossing() - state.t;
       if (result == Leap::Result::nearCrossing) {
-        constexpr double otherGap = 0.83;
-        h *= otherGap;
+        if (left == 0) most *= 0.83;
         continue;
       }
-      const bool isMade = result == Leap::Result::made && leap_.error() <= 1;
-      if (isMade && land(state, std::min({state.t + h, end, state.t + longestStep}))) {
+      if (result == Leap::Result::made && leap_.error() <= 1 && land(state, std::min({state.t + h, end, state.t + longestStep}))) {
         ++leaps_;
         limit_ = 2 * h;
         return true;
       }
       ++failedLeaps_;
-      limit_ = h *= 0.5;
-      if (distance_ > there) return false;
+      most = 0.75 * h;
     }
+    limit_ = most;
+    left_ = left > 0 ? left : infinity;
     return false;
   }
   bool land(State& state, double t) {
