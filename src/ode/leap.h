@@ -46,7 +46,7 @@ class Leap {
   double crossing() const { return crossing_; }
   /// Of the last attempt that was made: bounds the error within the step, in units of the allowance.
   double error() const { return error_; }
-  double start() const { return from_.t; }
+  double length() const { return h_; }
   /// Sets `state` to that at t of the last attempt. It is not projected. Returns false if it is not finite.
   bool at(double t, State& state) const { return set(state, t, points); }
 

@@ -136,13 +136,20 @@ class LeapingSteps : public StepsOf {
     left_ = left > 0 ? left : infinity;
     return false;
   }
+  /// Ends a leap. The other branch is as far away as the leap turns from the pose on.
   bool land(State& state, double t) {
+    constexpr double branch = 1e-4;
     if (!leap_.at(t, trial_)) return false;
     reached_ = trial_.y;
     if (!f_.project(trial_, state)) return false;
-    const bool isSmall =
-        ((trial_.y - reached_).cwiseAbs().array() <= most_ * (1 + reached_.cwiseAbs().array())).all();
-    if (!isSmall) return false;
+    const Eigen::Index n = f_.places();
+    const double rate = branch * fastest(state);
+    const auto isSmall = [&](Eigen::Index first, double ofBranch) {
+      const auto to = reached_.segment(first, n).array();
+      const auto correction = (trial_.y.segment(first, n).array() - to).abs();
+      return (correction <= (most_ * (1 + to.abs())).max(ofBranch)).all();
+    };
+    if (!isSmall(0, rate * leap_.length()) || !isSmall(n, rate)) return false;
     state = trial_;
     steps_->restartAfter(Change::kink);
     return true;
