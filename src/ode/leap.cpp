@@ -131,23 +131,25 @@ Leap::Result Leap::approach(double distance) {
   const double both = isLast ? distances[k] - distances[other] : distances[k] + distances[other];
   crossing_ = k == 0 ? from_.t : at[k] + (at[other] - at[k]) * distances[k] / both;
   // Near a point, or behind all?
-  constexpr double near = 0.03, end = 0.93;
+  constexpr double atStart = 0.011, near = 0.03, end = 0.93;
   const double share = (crossing_ - from_.t) / h_;
-  const bool isNear = k > 0 && ((nodes_.array() - share).abs().minCoeff() < near || share > end);
+  const bool isNear =
+      share > atStart && ((nodes_.array() - share).abs().minCoeff() < near || share > end);
   return isNear ? Result::nearCrossing : Result::made;
 }
 
 /// In units of the error that ten steps as long may add: from one crossing to the next, a motion makes more of
 /// them. A change that is rounding counts as none: of a state near the crossing, off the branch.
 double Leap::norm(const Vector& change, const Integrator& allowance) const {
-  constexpr double rounding = 1e-13, steps = 10;
-  const double most = rounding * (1 + from_.y.cwiseAbs().maxCoeff());
-  return change.cwiseAbs().maxCoeff() <= most ? 0 : allowance.errorNorm(from_.y, steps * h_, change);
+  constexpr double steps = 10;
+  return change.cwiseAbs().maxCoeff() <= rounding_ ? 0 : allowance.errorNorm(from_.y, steps * h_, change);
 }
 
 Leap::Result Leap::iterate(const Integrator& allowance) {
   constexpr int most = 20;
   constexpr double exact = 0.1;  // of the allowance
+  constexpr double second = 1;   // s
+  rounding_ = 1e-13 * (1 + from_.y.cwiseAbs().maxCoeff());
   last_ = node_;
   double before = std::numeric_limits<double>::infinity();
   for (int k = 0;; ++k) {
@@ -159,8 +161,14 @@ Leap::Result Leap::iterate(const Integrator& allowance) {
     std::swap(last_.y, node_.y);
     const double change = norm(change_, allowance);
     if (getenv("DBG")) std::fprintf(stderr, "    change %.3g of %.3g\n", change, change_.cwiseAbs().maxCoeff());
-    if (change <= exact || (change <= 1 && change > before / 2)) break;
-    if (k == most || !(change < before || k < 2)) return Result::diverged;
+    if (change <= exact) break;
+    if (k > 1 && change > before / 2) {
+      // It changes no more but by rounding, or it diverges.
+      if (!(allowance.errorNorm(from_.y, std::max(h_, second), change_) <= 1)) return Result::diverged;
+      rounding_ = 2 * change_.cwiseAbs().maxCoeff();
+      break;
+    }
+    if (k == most || !std::isfinite(change)) return Result::diverged;
     before = change;
   }
   return estimate(allowance);

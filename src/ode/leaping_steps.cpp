@@ -26,6 +26,7 @@ constexpr int mostTrials = 8;
 constexpr double gaps[] = {0.061, 0.169, 0.323, 0.5, 0.677, 0.831};
 
 constexpr double lastGap = 0.831;
+constexpr double atStart = 0.01;  ///< likewise: before the first point
 
 class LeapingSteps : public StepsOf {
  public:
@@ -34,7 +35,7 @@ class LeapingSteps : public StepsOf {
 
   Outcome advance(State& state, double end, double longestStep) override {
     if (at_ != state.t) look(state);
-    hasLeapt_ = distance_ < near && mayLeap(state) && leap(state, end, longestStep);
+    hasLeapt_ = distance_ < near && mayLeap(state, end) && leap(state, end, longestStep);
     if (hasLeapt_) {
       note(state.t);
       return state.t < end ? Outcome::underway : Outcome::arrived;
@@ -90,8 +91,10 @@ class LeapingSteps : public StepsOf {
     left_ = distance_ < before ? distance_ * last_ / (before - distance_) : infinity;
     if (distance_ > near && left_ == infinity) limit_ = infinity;
   }
-  bool mayLeap(const State& state) const {
-    return left_ < lastGap * reach(state) || (distance_ < there && fastest(state) > 0);
+  bool mayLeap(const State& state, double end) const {
+    constexpr double wellBefore = 3;
+    if (distance_ < there) return fastest(state) > 0;
+    return left_ < lastGap * reach(state) && left_ < wellBefore * (end - state.t);
   }
   /// Of the next step.
   double longest(const State& state) const {
@@ -108,7 +111,7 @@ class LeapingSteps : public StepsOf {
     double left = left_ < infinity ? left_ : 0, most = reach(state);
     for (int k = 0; k < mostTrials; ++k) {
       double h = most;
-      if (left > 0) {
+      if (left > atStart * most) {
         const auto gap = std::find_if(std::begin(gaps), std::end(gaps), [&](double share) { return left <= share * most; });
         if (gap == std::end(gaps)) break;
         h = left / *gap;
@@ -121,7 +124,7 @@ class LeapingSteps : public StepsOf {
       }
       if (leap_.crossing() > state.t) left = leap_.crossing() - state.t;
       if (result == Leap::Result::nearCrossing) {
-        if (left == 0) most *= 0.83;
+        if (h == most) most *= 0.83;
         continue;
       }
       if (result == Leap::Result::made && leap_.error() <= 1 && land(state, std::min({state.t + h, end, state.t + longestStep}))) {
