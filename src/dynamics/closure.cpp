@@ -78,18 +78,14 @@ TipReaction<double> Closure::impulse(Tip<double> tip) {
   EndForces<double> ends;
   recursion_.accelerations({e_.data(), none_.data(), nullptr, {}}, nullptr, none_.data(), displaced_.data(),
                            0, tip, change_.data(), moments_.data(), ends);
+  answer_ = ends.tip.answer;
   return ends.tip;
-}
-void Closure::tmpAnswer() {
-  const TipReaction<double> one = impulse(pinnedTip(Vec2d{1, 0})), other = impulse(pinnedTip(Vec2d{0, 1}));
-  const double a = one.force.x, b = (one.force.y + other.force.x) / 2, c = other.force.y, det = a * c - b * b;
-  answer_ = one.acting.rows < 2 ? Sym2<double>{1, 0, 1e-17} : Sym2<double>{c / det, -b / det, a / det};
 }
 
 double Closure::spread(const Couplings& at, const double* y) {
   couple(at);
   pose(at, y);
-  tmpAnswer();
+  impulse({at.tip.rows, at.tip.row, {}});
   return lastSpread(at);
 }
 
@@ -149,7 +145,7 @@ bool Closure::project(const Couplings& at, double* y, double* carry) {
     if (length(missing) <= rounding * sizeAt(at) * fastest) break;
     move(at, missing, most, y + n_, carry ? carry + n_ : nullptr);
   }
-  tmpAnswer();
+  if (answer_.xx + answer_.yy == 0) impulse({at.tip.rows, at.tip.row, {}});  // for lastSpread()
   return isClosed;
 }
 

@@ -52,7 +52,6 @@ class Closure {
   Vec2d alongRows(const Couplings& at, Vec2d a) const;
   void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
   TipReaction<double> impulse(Tip<double> tip);
-  void tmpAnswer();
   double leastGap(const double* y) const;
   bool close(const Couplings& at, double* y, double* carry);
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 
 namespace planar_chain::ode {
@@ -133,13 +131,12 @@ Leap::Result Leap::approach(double distance) {
   // Near a point, or behind all?
   constexpr double atStart = 0.011, near = 0.03, end = 0.93;
   const double share = (crossing_ - from_.t) / h_;
-  const bool isNear =
-      share > atStart && ((nodes_.array() - share).abs().minCoeff() < near || share > end);
+  const bool isNear = share > atStart && ((nodes_.array() - share).abs().minCoeff() < near || share > end);
   return isNear ? Result::nearCrossing : Result::made;
 }
 
-/// In units of the error that ten steps as long may add: from one crossing to the next, a motion makes more of
-/// them. A change that is rounding counts as none: of a state near the crossing, off the branch.
+/// In units of the error that ten steps as long may add: from one crossing to the next, a motion makes more
+/// of them. A change that is rounding counts as none: of a state near the crossing, off the branch.
 double Leap::norm(const Vector& change, const Integrator& allowance) const {
   constexpr double steps = 10;
   return change.cwiseAbs().maxCoeff() <= rounding_ ? 0 : allowance.errorNorm(from_.y, steps * h_, change);
@@ -160,7 +157,6 @@ Leap::Result Leap::iterate(const Integrator& allowance) {
     change_ = node_.y - last_.y;
     std::swap(last_.y, node_.y);
     const double change = norm(change_, allowance);
-    if (getenv("DBG")) std::fprintf(stderr, "    change %.3g of %.3g\n", change, change_.cwiseAbs().maxCoeff());
     if (change <= exact) break;
     if (k > 1 && change > before / 2) {
       // It changes no more but by rounding, or it diverges.

@@ -3,9 +3,9 @@
 /// A long step by collocation at Gauss's points, whose states all keep the conditions of the system.
 ///
 /// Let two branches of the states that keep the conditions cross. Then the conditions lose a rank where they
-/// cross, and f is not determined there. A motion along one branch is smooth all the same. At a distance d from the
-/// crossing, the rounding of a state off the branch grows by 1/d, and that of f by 1/d². So a step over the
-/// crossing must not evaluate f near it.
+/// cross, and f is not determined there. A motion along one branch is smooth all the same. At a distance d
+/// from the crossing, the rounding of a state off the branch grows by 1/d, and that of f by 1/d². So a step
+/// over the crossing must not evaluate f near it.
 ///
 /// With the polynomial of degree 7 through ω̇ at the zeros c_i of P_8 (Legendre, on [0, 1]),
 ///
@@ -14,8 +14,8 @@
 /// the states at c_i are found by iteration. In each iteration they are projected onto the conditions, which
 /// takes what f is wrong by off the branch. No c_i is within 9 % of the middle of the step.
 ///
-/// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.5 (collocation at Gauss's
-/// points has order 16).
+/// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.5 (collocation at
+/// Gauss's points has order 16).
 
 #include <Eigen/Core>
 
@@ -39,8 +39,8 @@ class Leap {
     nearCrossing,  ///< a point is near the crossing: another length has others
     diverged       ///< the iteration diverges, or is not finite
   };
-  /// Attempts a step of length h. distance: the square root of the margin where it starts. The allowance is that
-  /// of errorNorm().
+  /// Attempts a step of length h. distance: the square root of the margin where it starts. The allowance is
+  /// that of errorNorm().
   Result attempt(const State& from, double distance, double h, const Integrator& allowance);
   /// Of the last attempt: the time of the crossing. NaN: unknown.
   double crossing() const { return crossing_; }

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <utility>
 
 #include "ode/leap.h"
+#include "simd/elementary.h"
 
 namespace planar_chain::ode {
 
@@ -19,9 +18,9 @@ constexpr double near = 0.35;   ///< leaps begin below it
 constexpr double there = 1e-3;  ///< below it f is not exact enough for the beginning of a step
 constexpr double far = 0.5;     ///< steps below it do not go over a pose that they seem to come to
 
-constexpr double nextSteps = 1.5;  ///< of the length of the last one, to a pose that the next may go over
+constexpr double nextSteps = 1.5;   ///< of the length of the last one, to a pose that the next may go over
 constexpr double mostTurned = 0.5;  ///< rad, in a leap
-constexpr int mostTrials = 8;
+constexpr int mostTrials = 12;
 /// Where the pose may be in a leap, in its length: amid two of its points.
 constexpr double gaps[] = {0.061, 0.169, 0.323, 0.5, 0.677, 0.831};
 
@@ -35,7 +34,7 @@ class LeapingSteps : public StepsOf {
 
   Outcome advance(State& state, double end, double longestStep) override {
     if (at_ != state.t) look(state);
-    hasLeapt_ = distance_ < near && mayLeap(state, end) && leap(state, end, longestStep);
+    hasLeapt_ = distance_ < heeded_ && mayLeap(state, end) && leap(state, end, longestStep);
     if (hasLeapt_) {
       note(state.t);
       return state.t < end ? Outcome::underway : Outcome::arrived;
@@ -59,6 +58,7 @@ class LeapingSteps : public StepsOf {
     if (change == Change::all) {
       at_ = -infinity;
       limit_ = infinity;
+      heeded_ = near;
     }
     steps_->restartAfter(change);
   }
@@ -71,7 +71,7 @@ class LeapingSteps : public StepsOf {
   }
   void saveOrRestore(Snapshot& snapshot) override {
     StepsOf::saveOrRestore(snapshot);
-    snapshot(distance_, at_, left_, last_, limit_, leaps_, failedLeaps_);
+    snapshot(distance_, at_, left_, last_, limit_, heeded_, leaps_, failedLeaps_);
   }
 
  private:
@@ -89,6 +89,7 @@ class LeapingSteps : public StepsOf {
     const double before = std::exchange(distance_, std::sqrt(f_.margin()));
     last_ = t - std::exchange(at_, t);
     left_ = distance_ < before ? distance_ * last_ / (before - distance_) : infinity;
+    if (distance_ > near) heeded_ = near;
     if (distance_ > near && left_ == infinity) limit_ = infinity;
   }
   bool mayLeap(const State& state, double end) const {
@@ -108,32 +109,37 @@ class LeapingSteps : public StepsOf {
   }
 
   bool leap(State& state, double end, double longestStep) {
+    // Of the length, if a leap is not made. The error falls with its tenth power.
+    constexpr double safety = 0.9, least = 0.25, diverged = 0.4, otherGap = 0.83;
     double left = left_ < infinity ? left_ : 0, most = reach(state);
     for (int k = 0; k < mostTrials; ++k) {
       double h = most;
       if (left > atStart * most) {
-        const auto gap = std::find_if(std::begin(gaps), std::end(gaps), [&](double share) { return left <= share * most; });
+        const auto gap = std::find_if(std::begin(gaps), std::end(gaps),
+                                      [&](double share) { return left <= share * most; });
         if (gap == std::end(gaps)) break;
         h = left / *gap;
       }
       const Leap::Result result = leap_.attempt(state, distance_, h, *steps_);
-      if (getenv("DBG")) std::fprintf(stderr, "t %.6f dist %.3g left %.3g last %.3g limit %.3g h %.3g result %d error %.3g crossing %.3g of h\n", state.t, distance_, left, last_, limit_, h, int(result), leap_.error(), (leap_.crossing() - state.t)/h);
       if (result == Leap::Result::nothing) {
-        limit_ = left / 2;
+        heeded_ = distance_ / 2;
         return false;
       }
       if (leap_.crossing() > state.t) left = leap_.crossing() - state.t;
       if (result == Leap::Result::nearCrossing) {
-        if (h == most) most *= 0.83;
+        if (h == most) most *= otherGap;
         continue;
       }
-      if (result == Leap::Result::made && leap_.error() <= 1 && land(state, std::min({state.t + h, end, state.t + longestStep}))) {
+      if (result == Leap::Result::made && leap_.error() <= 1 &&
+          land(state, std::min({state.t + h, end, state.t + longestStep}))) {
         ++leaps_;
         limit_ = 2 * h;
         return true;
       }
       ++failedLeaps_;
-      most = 0.75 * h;
+      const bool isKnown = result == Leap::Result::made && std::isfinite(leap_.error());
+      most = h *
+             (isKnown ? std::max(least, safety * simd::power(std::max(leap_.error(), 1.0), -0.1)) : diverged);
     }
     limit_ = most;
     left_ = left > 0 ? left : infinity;
@@ -162,11 +168,12 @@ class LeapingSteps : public StepsOf {
   const double most_;
   Leap leap_;
   bool hasLeapt_ = false;
-  double distance_ = 1;     ///< from the pose
-  double at_ = -infinity;   ///< when, s
-  double left_ = infinity;  ///< time to the pose, s
-  double last_ = 0;         ///< the length of the last step, s
-  double limit_ = infinity; ///< of the length of a leap, s
+  double distance_ = 1;      ///< from the pose
+  double at_ = -infinity;    ///< when, s
+  double left_ = infinity;   ///< time to the pose, s
+  double last_ = 0;          ///< the length of the last step, s
+  double limit_ = infinity;  ///< of the length of a leap, s
+  double heeded_ = near;     ///< distances below it, as there is no pose where the last leap looked for it
   long long leaps_ = 0, failedLeaps_ = 0;
   State trial_;
   Vector reached_ = trial_.y;

@@ -94,10 +94,13 @@ inline bool leavesReach(const Scene& scene, double t) {
 }
 
 /// Why the motion stops at t in a pose that is stretched between the ends, and the cure.
-inline const char* whyStretched(const Scene& scene, double t) {
-  return leavesReach(scene, t)
-             ? "the laws of the held tip leave the reach of the chain (longer links, or laws that move the "
-               "tip less, keep it within)"
+inline const char* whyStretched(const Scene& scene, double t, bool isAtRest) {
+  if (leavesReach(scene, t))
+    return "the laws of the held tip leave the reach of the chain (longer links, or laws that move the tip "
+           "less, keep it within)";
+  return isAtRest
+             ? "the chain to its held tip has come to rest straight or folded: nothing determines its way "
+               "on (other lengths, drives, or another place of the tip avoid this pose)"
              : "the chain to its held tip is straight or folded: there is no way on, or more than one "
                "(other lengths, drives, or another place of the tip avoid this pose)";
 }
@@ -128,8 +131,11 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
                   joint.isPrismatic ? "m/s²" : "rad/s²", joint.name.c_str());
   }
   const bool isLast = outcome == ode::Outcome::stepTooSmall && leavesReach(scene, t);
-  if (outcome == ode::Outcome::undetermined || isLast || dynamics.closureMargin(t, y) < stretched)
-    std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
+  if (outcome == ode::Outcome::undetermined || isLast || dynamics.closureMargin(t, y) < stretched) {
+    constexpr double still = 1e-5;  // rad/s, m/s
+    const Eigen::Map<const Eigen::VectorXd> rates(y + scene.q.size(), coordinates.size());
+    std::snprintf(why, sizeof why, "%s", whyStretched(scene, t, rates.cwiseAbs().maxCoeff() < still));
+  }
   char text[300];
   std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; ", scene.integrator.method.c_str(), t, why);
   to = text + fastestKey(scene, t, 0) + "smaller steps and rodas5p fail too; the last good state is kept";

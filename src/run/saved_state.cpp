@@ -13,7 +13,7 @@ namespace planar_chain {
 namespace {
 
 /// Increase it when a class saves other members.
-constexpr int format = 1;
+constexpr int format = 2;
 const std::string firstWords = "planar_chain state " + std::to_string(format) + "\n";
 
 /// FNV-1a.
