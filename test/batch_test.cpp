@@ -192,12 +192,11 @@ TEST(Batch, NoKindOfEffectIsLeftOutInLanes) {
   const std::vector<double> starts{0.1, 0.2, 0.3, 0.4, 1, 2, 3, 4};
   const BatchResult before = simulateMany(scene, starts, times);
   const PushKind kind;
-  effectKinds().push_back(&kind);
+  const OtherEffectKinds kinds(kind);
   const BatchResult pushed = simulateMany(scene, starts, times);
   BatchOptions alone;
   alone.lanes = 1;
   const BatchResult expected = simulateMany(scene, starts, times, alone);
-  effectKinds().pop_back();
   EXPECT_TRUE(sameBits(pushed.states, expected.states));
   EXPECT_FALSE(sameBits(pushed.states, before.states));
 }

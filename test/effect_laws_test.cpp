@@ -133,7 +133,7 @@ class LateSpringKind : public EffectKind {
 
 TEST(AStiffnessThatChangesWithTime, IsKnownToEveryMethod) {
   static const LateSpringKind kind;
-  effectKinds().push_back(&kind);
+  const OtherEffectKinds kinds(kind);
   std::map<std::string, long long> steps;
   for (const std::string& method : ode::methodNames()) {
     SCOPED_TRACE(method);

@@ -356,7 +356,7 @@ class CommandedKind : public EffectKind {
 
 TEST(AMotor, ObeysTheLawsOfEffects) {
   static const CommandedKind kind;
-  effectKinds().push_back(&kind);
+  const OtherEffectKinds kinds(kind);
   // Joint by joint: on the line, free with a lag, idle, braking.
   const Scene scene = readSceneText(
       "chain: [a, b, c, d]\n"
@@ -371,7 +371,6 @@ TEST(AMotor, ObeysTheLawsOfEffects) {
       "  d: {mass: 0.5, inertia: 0.05, com: [0.3, 0], pin: [0.6, 0.1], initial: {angle: 1, velocity: 4},\n"
       "      joint: {effort_limit: 2, motor: {no_load_speed: 2, time_constant: 0.3}}}\n");
   test::EffectLaws(scene, 0.1).expectAll();
-  effectKinds().pop_back();
 }
 
 TEST(Exponential, IsThatOfTheLibrary) {

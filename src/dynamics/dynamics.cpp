@@ -218,6 +218,11 @@ void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
   std::copy_n(rates + places_, works_, dydt + 2 * n_);
 }
 
+const Vec2d* Dynamics::evaluateWithForces(double t, const double* y, double* dydt) {
+  evaluateInOrder(t, y, dydt);
+  return effects_.reach() > 0 ? room_.F.data() : nullptr;
+}
+
 // ---- The exact solve -------------------------------------------------------------------------------
 
 void Dynamics::reserve(int complexCount) {
@@ -303,9 +308,8 @@ void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
                       at.ends.tip.force},
                      motions);
   }
-  evaluateInOrder(t, y, room_.derivative.data());
+  const Vec2d* F = evaluateWithForces(t, y, room_.derivative.data());
   mechanism_.rotate(y, room_.e.data(), n_);
-  const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
   moveLinks({{}, {}, 0, 0, y, room_.e.data(), y + n_, room_.derivative.data() + n_, nullptr, F}, motions);
 }
 

@@ -147,7 +147,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
 
   // ---- ode::SeriesSystem ---------------------------------------------------------------------------
 
-  bool jumpsOften() const override { return general_ && general_->isWeldable(); }
+  /// Of many joints with dry friction, one soon sticks or slips.
+  bool jumpsOften() const override { return effects_.onlyHold() && n_ > ShortChain::most; }
   /// True if the motion has a Taylor series.
   bool hasSeries() const;
   bool seriesAreWorthwhile() const override { return hasSeries() && MotionSeries::areWorthwhile(n_); }
@@ -197,6 +198,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void evaluate(double t, const double* y, double* dydt);
   /// The whole derivative at a state in chain order.
   void evaluateInOrder(double t, const double* y, double* dydt);
+  /// And returns the forces on the links there, or nullptr.
+  const Vec2d* evaluateWithForces(double t, const double* y, double* dydt);
 
   /// Writes N and F of these effects at a state in chain order. Returns their powers.
   Powers apply(const std::vector<Effect*>& effects, double t, const double* theta, const double* omega);

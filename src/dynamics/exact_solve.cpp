@@ -17,7 +17,8 @@ ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
     }
   } else {
     const ForceTangent* tangents = tangents_.bodies.empty() ? nullptr : tangents_.bodies.data();
-    solver.general = makeGeneralSolve<Scalar>(general_->bodies, tangents, effects_.holdTip());
+    solver.general =
+        makeGeneralSolve<Scalar>(general_->bodies, tangents, effects_.holdTip(), effects_.base() != nullptr);
   }
   return solver;
 }

@@ -22,9 +22,7 @@ GeneralMotion::GeneralMotion(const Mechanism& mechanism, Effects& effects)
   const std::vector<Coupler*>& couplers = effects.couplers();
   for (Coupler* coupler : couplers) coupler->attach(*this);
   if (effects.holdTip()) closure_.emplace(mechanism);
-  const auto onlyHolds = [](const Coupler* coupler) { return coupler->onlyHolds(); };
-  if (!mechanism.coordinates().anyIsPrismatic() && !couplers.empty() &&
-      std::all_of(couplers.begin(), couplers.end(), onlyHolds) && n_ > ShortChain::most) {
+  if (!mechanism.coordinates().anyIsPrismatic() && effects.onlyHold() && n_ > ShortChain::most) {
     welded_.emplace(mechanism.chain());
   }
 }

@@ -35,7 +35,6 @@ class GeneralMotion final : private Mechanics {
 
   std::string recursion() const;
   /// True if bodies that stick together may be welded.
-  bool isWeldable() const { return welded_.has_value(); }
   /// The number of states that were computed, but for queries.
   long long evaluations() const { return evaluations_; }
 

@@ -137,9 +137,24 @@ std::unique_ptr<Effect> makeUnlessEmpty(const Of&... of) {
   return effect->empty() ? nullptr : std::move(effect);
 }
 
-/// The list of all kinds. Keys are read in this order. Effects act in the reverse order, which fixes how sums
-/// are rounded. A program may add kinds of its own before it reads a scene.
-std::vector<const EffectKind*>& effectKinds();
+/// All kinds, in the order in which effects act, which fixes how sums are rounded. Keys are read in this
+/// order.
+const std::vector<const EffectKind*>& effectKinds();
+
+/// While it exists, these are all kinds: with some of a program's own, or without one. Before a scene is
+/// read, and while no other thread uses one.
+class OtherEffectKinds {
+ public:
+  explicit OtherEffectKinds(std::vector<const EffectKind*> kinds);
+  /// All kinds that there are, and this one, which acts first.
+  explicit OtherEffectKinds(const EffectKind& more);
+  ~OtherEffectKinds();
+  OtherEffectKinds(const OtherEffectKinds&) = delete;
+  OtherEffectKinds& operator=(const OtherEffectKinds&) = delete;
+
+ private:
+  std::vector<const EffectKind*> before_;
+};
 
 /// The words of all kinds, after those of gravity.
 SceneWords wordsOf(const Scene& scene);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "effects/air_drag.h"
 #include "effects/commands.h"
@@ -16,16 +17,21 @@
 
 namespace planar_chain {
 
-std::vector<const EffectKind*>& effectKinds() {
+namespace {
+
+std::vector<const EffectKind*>& listed() {
   static std::vector<const EffectKind*> kinds{
-      &frictionKind(),  // acts last, when it is known what else acts
       &springKind(),   &loadKind(),   &stopKind(),  &rotorKind(), &driveKind(),   &baseKind(),
       &tipKind(),      &effortKind(), &motorKind(), &dragKind(),  &airDragKind(), &groundSpringKind(),
+      &frictionKind(),  // acts last, when it is known what else acts
   };
   return kinds;
 }
-
-namespace {
+std::vector<const EffectKind*> listedAfter(const EffectKind& more) {
+  std::vector<const EffectKind*> kinds{&more};
+  kinds.insert(kinds.end(), listed().begin(), listed().end());
+  return kinds;
+}
 
 template <class Of>
 double sumOverKinds(Of of) {
@@ -35,6 +41,17 @@ double sumOverKinds(Of of) {
 }
 
 }  // namespace
+
+const std::vector<const EffectKind*>& effectKinds() {
+  return listed();
+}
+
+OtherEffectKinds::OtherEffectKinds(std::vector<const EffectKind*> kinds)
+    : before_(std::exchange(listed(), std::move(kinds))) {}
+OtherEffectKinds::OtherEffectKinds(const EffectKind& more) : OtherEffectKinds(listedAfter(more)) {}
+OtherEffectKinds::~OtherEffectKinds() {
+  listed() = std::move(before_);
+}
 
 double inertiaIn(const Joint& joint) {
   return sumOverKinds([&](const EffectKind& kind) { return kind.inertiaIn(joint); });

@@ -8,10 +8,9 @@ namespace planar_chain {
 
 Effects::Effects(const Scene& scene, std::unique_ptr<Effect> more, bool (EffectKind::*has)() const) {
   if (more) all_.push_back(std::move(more));
-  const std::vector<const EffectKind*>& kinds = effectKinds();
-  for (auto kind = kinds.rbegin(); kind != kinds.rend(); ++kind) {
-    if (has && !(**kind.*has)()) continue;
-    if (std::unique_ptr<Effect> effect = (*kind)->make(scene)) all_.push_back(std::move(effect));
+  for (const EffectKind* kind : effectKinds()) {
+    if (has && !(kind->*has)()) continue;
+    if (std::unique_ptr<Effect> effect = kind->make(scene)) all_.push_back(std::move(effect));
   }
   for (const auto& effect : all_) {
     Coupler* coupler = effect->coupler();
@@ -47,6 +46,11 @@ LoadKind Effects::mostActing() const {
 
 bool Effects::any(bool (Effect::*is)() const) const {
   return std::any_of(all_.begin(), all_.end(), [is](const auto& effect) { return (*effect.*is)(); });
+}
+
+bool Effects::onlyHold() const {
+  const auto onlyHolds = [](const Coupler* coupler) { return coupler->onlyHolds(); };
+  return !couplers_.empty() && std::all_of(couplers_.begin(), couplers_.end(), onlyHolds);
 }
 
 bool Effects::haveSeries() const {

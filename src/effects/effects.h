@@ -27,6 +27,8 @@ class Effects {
   LoadKind mostActing() const;
   /// True if one of them is, such as any(&Effect::hasPower).
   bool any(bool (Effect::*is)() const) const;
+  /// True if effects couple accelerations, and all of those do it by holding joints.
+  bool onlyHold() const;
   /// True if all have Taylor series.
   bool haveSeries() const;
   /// True if one of them has forces that are, such as anyForces(&Forces::dependOnMotion).

@@ -127,17 +127,19 @@ template <bool hasForces, bool hasPrismatic>
     const Pack N = read(outside.N, i);
     addBody(body, shown);
     if constexpr (hasForces) shown.b -= readVector(&outside.F->x, i);
-    outer.addBody(body.P, body.ww);
 
     JointTerms<Pack> joint;
-    Triple<Pack> y = outer.Gm;
+    Triple<Pack> y;
     if constexpr (hasPrismatic) {
       const MixedJoint mixed(arrays.displacedInLanes, i);
       joint = mixed.pass(N, law, shown);
-      y = mixed.either(y, mulAdd(mixed.by.d.x, outer.Gx, mixed.by.d.y * outer.Gy));
+      outer.addBody(body.P, body.ww);
+      y = mixed.either(outer.Gm, mulAdd(mixed.by.d.x, outer.Gx, mixed.by.d.y * outer.Gy));
       outer.pass(mixed, y, joint, law);
     } else {
       joint = passRevolute(N, law, shown);
+      outer.addBody(body.P, body.ww);  // after the joint: more of the numbers stay in registers
+      y = outer.Gm;
       outer.pass(y, joint, law);
       outer.Gm = joint.v * y;
     }

@@ -53,11 +53,13 @@ Vec2<Scalar> wide(Vec2d a) {
 template <class Scalar, std::size_t kinds, bool isMixed>
 class GeneralFactors {
  public:
-  /// tangents: K and D of each body, not read if kinds = 1. holdsTip: the tip is ever held. All must outlive
-  /// this object; factor() reads them. Allocates.
-  GeneralFactors(const GeneralBodies& bodies, const ForceTangent* tangents, bool holdsTip)
+  /// tangents: K and D of each body, not read if kinds = 1. holdsTip: the tip is ever held. basePays:
+  /// somebody asks for the wrench of the base, which moves. All must outlive this object; factor() reads
+  /// them. Allocates.
+  GeneralFactors(const GeneralBodies& bodies, const ForceTangent* tangents, bool holdsTip, bool basePays)
       : bodies_(bodies),
         tangents_(tangents),
+        carriages_(basePays ? 0 : index(bodies.coordinates().leading())),
         handles_(bodies.size()),
         slid_(isMixed ? bodies.size() : 0),
         tips_(holdsTip ? bodies.size() : 0) {}
@@ -66,10 +68,11 @@ class GeneralFactors {
     s_ = s;
     overS_ = 1.0 / s;
     LinearTerms<Scalar, kinds> shown;
-    for (std::size_t j = bodies_.size(); j-- > 0;) {
+    for (std::size_t j = bodies_.size(); j-- > carriages_;) {
       const Sums sums = addBody(j, shown);
       slides(j) ? passPrismatic(j, sums, shown) : passRevolute(j, sums, shown);
     }
+    for (std::size_t j = isMixed ? carriages_ : 0; j-- > 0;) passCarriage(j, shown);
     if (!tips_.empty()) sweepTip();
   }
 
@@ -110,7 +113,8 @@ class GeneralFactors {
 
   const GeneralBodies& bodies_;
   const ForceTangent* tangents_;
-  Scalar s_{}, overS_{};  ///< s, 1/s
+  std::size_t carriages_;  ///< the first joints, prismatic, inside of which nothing turns
+  Scalar s_{}, overS_{};   ///< s, 1/s
   std::vector<Handle> handles_;
   std::vector<Slid> slid_;   ///< if a joint is prismatic
   std::vector<AtTip> tips_;  ///< if the tip is ever held
@@ -122,9 +126,11 @@ class GeneralFactors {
     Motion UL;
   };
 
+  void addForces(std::size_t j, LinearTerms<Scalar, kinds>& shown) const;
   Sums addBody(std::size_t j, LinearTerms<Scalar, kinds>& shown);
   void passRevolute(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown);
   void passPrismatic(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown);
+  void passCarriage(std::size_t j, LinearTerms<Scalar, kinds>& shown);
   void displace(std::size_t j, Slid& slid) const;
   void sweepTip();
 
@@ -184,14 +190,21 @@ template <class Scalar, std::size_t kinds, bool isMixed>
   handle.Dm = Dm;
   shown.h = UR;
   shown.q = Dm;
-  shown.B[0].xx += body.m;
-  shown.B[0].yy += body.m;
+  addForces(j, shown);
+  return sums;
+}
+
+/// B ← T + B
+template <class Scalar, std::size_t kinds, bool isMixed>
+[[gnu::always_inline]] inline void GeneralFactors<Scalar, kinds, isMixed>::addForces(
+    std::size_t j, LinearTerms<Scalar, kinds>& shown) const {
+  shown.B[0].xx += bodies_[j].m;
+  shown.B[0].yy += bodies_[j].m;
   for (std::size_t k = 1; k < kinds; ++k) {
     const Matrix2d& T = tangent(j, k).forcePlace;
     Matrix2<Scalar>& B = shown.B[k];
     B = {T.xx + B.xx, T.xy + B.xy, T.yx + B.yx, T.yy + B.yy};
   }
-  return sums;
 }
 
 template <class Scalar, std::size_t kinds, bool isMixed>
@@ -281,6 +294,33 @@ void GeneralFactors<Scalar, kinds, isMixed>::passPrismatic(std::size_t j, const 
   }
   shown.h = h - slid.vD * U;
   shown.q = q - slid.u * slid.vD;
+}
+
+/// The body with it, where nothing inside turns: σ, ρ_v and u' there are 0, so only B and V are of use.
+template <class Scalar, std::size_t kinds, bool isMixed>
+void GeneralFactors<Scalar, kinds, isMixed>::passCarriage(std::size_t j, LinearTerms<Scalar, kinds>& shown) {
+  addForces(j, shown);
+  Handle& handle = handles_[j];
+  Slid& slid = slid_[j];
+  auto& B = shown.B;
+  const Vec2d d = bodies_.slide(j).axis;
+  const Vec2<Scalar> wideD = wide<Scalar>(d);
+  slid.ofRate = B[0].times(d, Vec2<Scalar>{});
+  slid.z[0] = s_ * s_ * wideD;
+  if constexpr (kinds == 3) {
+    slid.z[1] = s_ * wideD;
+    slid.z[2] = slid.w[2] = wideD;
+    slid.ofPlace = B[2].times(d, Vec2<Scalar>{});
+  }
+  handle.UR = sum(B, slid.z);
+  slid.D0 = dotMixed(d, handle.UR);
+  const bool isPrescribed = bodies_.joint(j).isPrescribed;
+  const Scalar over = handle.over = isPrescribed ? Scalar{} : 1.0 / (slid.D0 + stiffnessOf(j));
+  for (std::size_t k = 0; k < kinds; ++k) {
+    const Vec2<Scalar> V = handle.p[k] = transposedTimes(B[k], wideD);
+    handle.ULD[k] = over * V;
+    subtract(handle.UR, handle.ULD[k], B[k]);
+  }
 }
 
 template <class Scalar, std::size_t kinds, bool isMixed>

@@ -273,9 +273,11 @@ void GeneralLinearized<Scalar, kinds, isMixed>::hold(const Scalar* rhoQ, const S
 /// The solve for these bodies. tangents: nullptr if no force depends on place or velocity.
 template <class Scalar>
 std::unique_ptr<GeneralSolve<Scalar>> makeGeneralSolve(const GeneralBodies& bodies,
-                                                       const ForceTangent* tangents, bool holdsTip) {
+                                                       const ForceTangent* tangents, bool holdsTip,
+                                                       bool basePays) {
   const auto make = [&](auto kinds, auto isMixed) -> std::unique_ptr<GeneralSolve<Scalar>> {
-    return std::make_unique<GeneralLinearized<Scalar, kinds(), isMixed()>>(bodies, tangents, holdsTip);
+    return std::make_unique<GeneralLinearized<Scalar, kinds(), isMixed()>>(bodies, tangents, holdsTip,
+                                                                           basePays);
   };
   const auto makeOf = [&](auto kinds) {
     return bodies.coordinates().anyIsPrismatic() ? make(kinds, std::true_type())

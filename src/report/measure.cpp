@@ -87,10 +87,10 @@ void studyEffects(const Arguments& given) {
       if (words.runs.empty()) continue;
       const std::string name = nameOf(*kind);
       names.push_back(name.empty() ? words.runs.front() : name);
-      auto& known = effectKinds();
-      known.erase(std::find(known.begin(), known.end(), kind));
+      std::vector<const EffectKind*> others = kinds;
+      others.erase(std::find(others.begin(), others.end(), kind));
+      const OtherEffectKinds without(others);
       evaluations.push_back(evaluationOf(scene));
-      known = kinds;
     }
     const int batch = std::max(1, 4000 / scene.chain.size());
     const std::vector<double> seconds = secondsPerCall(evaluations, batch, given.has("quick") ? 21 : 201);
