@@ -287,7 +287,7 @@ class CommandsReplay(InFolder):
         self.assertGreaterEqual([state[:2] for state in recorded.values()].count(first), 1)
 
     def test_states_that_clear_a_fault(self):
-        # A parallelogram, which stops in its change point, where it is straight.
+        # A parallelogram that is thrown so that it just gets to its change point, where it is straight, and to rest there.
         def at(angle):
             return [angle, -angle, angle - math.pi]
 
@@ -298,8 +298,9 @@ class CommandsReplay(InFolder):
         for name, angle in zip('abc', at(-1.2)):
             links[name]['initial'] = {'angle': angle}
         scene = {'chain': ['a', 'b', 'c'], 'links': links, 'tip': {'pin': [1.0, 0.0]}, 'real_time_factor': 1.0,
-                 'publish': {'rate': 200.0, 'status_rate': 50.0}}
-        failing = {'q': at(1.0), 'qd': [-1.0, 1.0, -1.0]}
+                 'integrator': {'tolerance': 1e-10}, 'publish': {'rate': 200.0, 'status_rate': 50.0}}
+        rate = math.sqrt(2 * 9.81 * math.sin(0.5) / 0.415)  # m g r = 9.81 N m, J = 0.415 kg m²
+        failing = {'q': at(-0.5), 'qd': [rate, -rate, rate]}
         calls = {name: rospy.ServiceProxy('/planar_chain/' + name, service) for name, service in [
             ('set_state', SetState), ('settle', Trigger), ('clear_commands', Trigger), ('reset', Trigger)]}
         states, statuses = Listener('/joint_states', JointState), Listener('/planar_chain/status', SimStatus)
