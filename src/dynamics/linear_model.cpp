@@ -106,9 +106,10 @@ void noteMotion(const Scene& given, double t, const VectorXd& q, const VectorXd&
   std::string note = "this state is no equilibrium, its accelerations are not 0: " + listed(moving);
   try {
     const VectorXd tau = holdingTorques(given, t, q, VectorXd::Zero(q.size()));
+    constexpr int most = 12;  // numbers in a line
     std::string numbers;
     for (int i = 0; i < tau.size(); ++i) numbers += (i > 0 ? "," : "") + shown(tau[i]);
-    note += ". The torques tau = " + numbers + " would hold it";
+    note += ". The torques tau" + (tau.size() > most ? " \"holding\"" : " = " + numbers) + " would hold it";
   } catch (const Refused&) {  // the held tip moves
   }
   notes.push_back(note);

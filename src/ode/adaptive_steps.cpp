@@ -46,7 +46,7 @@ constexpr double boldly = 1. / 4;    ///< of the proposal: a bold step of an exp
 
 }  // namespace
 
-// Inline: as calls they make a step of dopri5 with one link 1 % longer (test/instructions.py).
+// Inline: as calls they make a step of dopri5 with one link 1 % longer (test/performance/instructions.py).
 inline double AdaptiveSteps::landing(double t, double end, double h) {
   const double left = end - t;
   if (h >= left * almostAll) return end;

@@ -119,8 +119,8 @@ class FastestSteps : public Integrator {
   }
 
  private:
-  // No choice below changes what meets the tolerance, only the cost. `test/knobs.py src/ode/fastest_steps.cpp
-  // BUILD` runs the scenes that ship with half and with twice each value.
+  // No choice below changes what meets the tolerance, only the cost. `test/performance/knobs.py
+  // src/ode/fastest_steps.cpp BUILD` runs the scenes that ship with half and with twice each value.
 
   /// Steps before the first trial. Fewer: short runs pay for trials. More: a wrong start is kept for longer.
   static constexpr int leastPatience = 25;
