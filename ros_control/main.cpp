@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     ros::AsyncSpinner spinner(1);  // services of the manager
     spinner.start();
     const ros::Duration period(1 / rate);
-    for (ros::Rate pace(rate); ros::ok(); pace.sleep()) {
+    for (ros::Rate loop(rate); ros::ok(); loop.sleep()) {
       const ros::Time now = ros::Time::now();
       hardware.read(now, period);
       manager.update(now, period);

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "effects/effect_kind.h"
-#include "lanes/arrangement.h"
+#include "lanes/lane_order.h"
 #include "ode/local_stiffness.h"
 #include "ode/taylor.h"
-#include "run/ladder.h"
+#include "run/fallbacks.h"
 #include "run/step_budget.h"
-#include "run/turns.h"
+#include "run/windings.h"
 
 namespace planar_chain {
 
@@ -86,7 +86,7 @@ bool Ensemble::takes(const Scene& scene) const {
   return n_ <= simd::ShortChains::most && (settings.method == "auto" || settings.method == "taylor") &&
          settings.tolerance == settings_.tolerance && settings.rateTolerance == settings_.rateTolerance &&
          settings.plainKernel == settings_.plainKernel && scene.q.size() == index(n_) &&
-         scene.qd.size() == index(n_) && areSmall(scene.q, Turns::mostAngle) &&
+         scene.qd.size() == index(n_) && areSmall(scene.q, Windings::mostAngle) &&
          areSmall(scene.qd, mostRate) && allRunInLanes(scene);
 }
 
@@ -244,7 +244,7 @@ bool Ensemble::isHopeless(std::size_t lane) {
   double rate = 0, acceleration = 0, theta = 0;
   for (int j = 0; j < n_; ++j) {
     const double next = c_[place(j, lane)];
-    if (!(std::abs(next - theta) <= Turns::mostAngle)) return true;
+    if (!(std::abs(next - theta) <= Windings::mostAngle)) return true;
     theta = next;
     rate = std::max(rate, std::abs(c_[place(n_ + j, lane)]));
     acceleration = std::max(acceleration, std::abs(c_[place(3 * n_ + j, lane)]));

@@ -46,7 +46,7 @@ void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
       const double alongArc = arc * (j - leading) / (n - leading) - guessedAngle(pin);
       const int k = coordinates.inner(j);
       const double inner = k >= 0 ? y[index(k)] : 0;
-      y[index(j)] = at.joints[index(j)].isPrescribed ? inner + at.held[index(j)].value : alongArc;
+      y[index(j)] = at.joints[index(j)].isPrescribed ? inner + at.prescribed[index(j)].value : alongArc;
     }
     chord = wayFrom(leading, 0);
     return length(chord);

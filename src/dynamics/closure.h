@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "dynamics/mechanism.h"
-#include "effects/coupler.h"
+#include "effects/joint_constraint.h"
 #include "lanes/general_chain.h"
 
 namespace planar_chain {

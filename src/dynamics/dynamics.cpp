@@ -8,7 +8,7 @@ namespace {
 
 /// True if the recursion of bare chains does it all.
 bool isBare(const Scene& scene, const Effects& effects) {
-  return !scene.chain.coordinates().anyIsPrismatic() && effects.couplers().empty() &&
+  return !scene.chain.coordinates().anyIsPrismatic() && effects.jointConstraints().empty() &&
          !effects.anyForces(&Forces::dependOnMotion);
 }
 
@@ -22,7 +22,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
       stores_(scene.chain),
       recursion_(mechanism_.makeRecursion()) {
-  effects_.arrange(mechanism_.lanes());
+  effects_.takeLaneOrder(mechanism_.lanes());
   if (!isBare(scene, effects_)) general_.emplace(mechanism_, effects_);
   if (isFree(scene)) momenta_.emplace(mechanism_, effects_);
   positions_ = !general_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
@@ -35,17 +35,17 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
   room_.F.resize(hasForces ? n : 0);
   room_.pinVelocity.resize(room_.F.size());
   N_ = room_.N.data();
-  outside_ = {room_.e.data(), N_, room_.F.data(), -1.0 * scene.chain.gravity()};
+  external_ = {room_.e.data(), N_, room_.F.data(), -1.0 * scene.chain.gravity()};
   if (mechanism_.lanes()) {
     const auto places = index(places_);
     room_.state.resize(2 * n);
     room_.eInLanes = AlignedArray<Rotation<double>>(places);
     room_.FInLanes = AlignedArray<Vec2d>(hasForces ? places : 0);
     room_.NInLanes = CacheLines(acts ? places : 0);
-    room_.yInLanes = CacheLines(index(arrangedSize()));
+    room_.yInLanes = CacheLines(index(sizeInLaneOrder()));
     room_.ratesInLanes = CacheLines(index(places_ + works_));
     N_ = room_.NInLanes.data();
-    outside_ = {room_.eInLanes.data(), N_, room_.FInLanes.data(), outside_.ground};
+    external_ = {room_.eInLanes.data(), N_, room_.FInLanes.data(), external_.ground};
   }
   enter(0);
 }
@@ -127,44 +127,45 @@ Powers Dynamics::apply(const std::vector<Effect*>& effects, double t, const doub
 }
 
 void Dynamics::loadsToLanes(LoadKind acting) {
-  const Arrangement* lanes = mechanism_.lanes();
+  const LaneOrder* lanes = mechanism_.lanes();
   if (!lanes || acting == LoadKind::nothing) return;
-  lanes->arrange(room_.N.data(), N_);
-  if (acting == LoadKind::forces) lanes->arrange(room_.F.data(), room_.FInLanes.data());
+  lanes->toLaneOrder(room_.N.data(), N_);
+  if (acting == LoadKind::forces) lanes->toLaneOrder(room_.F.data(), room_.FInLanes.data());
 }
 
 // ---- Two orders ------------------------------------------------------------------------------------
 
-void Dynamics::arrange(const double* y, double* arranged) const {
-  mechanism_.toLanes(y, arranged);
-  std::copy_n(y + 2 * n_, works_, arranged + 2 * places_);
+void Dynamics::toLaneOrder(const double* y, double* laneOrdered) const {
+  mechanism_.toLaneOrder(y, laneOrdered);
+  std::copy_n(y + 2 * n_, works_, laneOrdered + 2 * places_);
 }
 
-void Dynamics::restore(const double* arranged, double* y) const {
-  mechanism_.toOrder(arranged, y);
-  std::copy_n(arranged + 2 * places_, works_, y + 2 * n_);
+void Dynamics::toChainOrder(const double* laneOrdered, double* y) const {
+  mechanism_.toChainOrder(laneOrdered, y);
+  std::copy_n(laneOrdered + 2 * places_, works_, y + 2 * n_);
 }
 
 // ---- f(t, y) ---------------------------------------------------------------------------------------
 
-[[gnu::always_inline]] inline void Dynamics::run(LoadKind acting, const Outside& outside, const double* y,
+[[gnu::always_inline]] inline void Dynamics::run(LoadKind acting, const Loads& external, const double* y,
                                                  double* rates) {
-  if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
-  runLong(acting, outside, y, rates);
+  if (auto* chain = std::get_if<ShortChain>(&recursion_))
+    return chain->derivative(acting, external, y, rates);
+  runLong(acting, external, y, rates);
 }
 
 /// Not inline: short chains would save registers for it.
-[[gnu::noinline]] void Dynamics::runLong(LoadKind acting, const Outside& outside, const double* y,
+[[gnu::noinline]] void Dynamics::runLong(LoadKind acting, const Loads& external, const double* y,
                                          double* rates) {
   const double* omega = y + places_;
-  const double* N = acting == LoadKind::nothing ? nullptr : outside.N;
-  const Vec2d* F = acting == LoadKind::forces ? outside.F : nullptr;
-  mechanism_.rotate(y, outside.e, places_);
-  std::get_if<Segments>(&recursion_)->accelerations(outside.e, omega, N, F, outside.ground, rates);
+  const double* N = acting == LoadKind::nothing ? nullptr : external.N;
+  const Vec2d* F = acting == LoadKind::forces ? external.F : nullptr;
+  mechanism_.rotate(y, external.e, places_);
+  std::get_if<Segments>(&recursion_)->accelerations(external.e, omega, N, F, external.ground, rates);
 }
 
 inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
-  if (isBare_) return run(LoadKind::nothing, outside_, y, out);
+  if (isBare_) return run(LoadKind::nothing, external_, y, out);
   evaluateEffects(t, y, out);
 }
 
@@ -180,7 +181,7 @@ inline Powers Dynamics::ratesUnderEffects(double t, const double* y, double* out
     std::fill_n(N_, places_, 0.0);
   }
   for (InLanes* effect : effects_.activeInLanes()) powers += effect->applyInLanes(y, y + places_, N_);
-  run(acting, outside_, y, out);
+  run(acting, external_, y, out);
   return powers;
 }
 
@@ -208,13 +209,13 @@ void Dynamics::derivative(double t, const double* y, double* dydt) {
 }
 
 void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
-  const Arrangement* lanes = mechanism_.lanes();
+  const LaneOrder* lanes = mechanism_.lanes();
   if (!lanes) return evaluate(t, y, dydt);
-  mechanism_.toLanes(y, room_.yInLanes.data());
+  mechanism_.toLaneOrder(y, room_.yInLanes.data());
   double* rates = room_.ratesInLanes.data();
   evaluateRates(t, room_.yInLanes.data(), rates);
   std::copy_n(y + n_, n_, dydt);
-  lanes->restore(rates, dydt + n_);
+  lanes->toChainOrder(rates, dydt + n_);
   std::copy_n(rates + places_, works_, dydt + 2 * n_);
 }
 
@@ -238,7 +239,7 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
   ++evaluations_;
   evaluate(t, y, dydt);
   if (general_) return solve_->linearize(general_->at(t, y));
-  solve_->linearize(t, y, dydt, outside_);
+  solve_->linearize(t, y, dydt, external_);
 }
 
 bool Dynamics::timeDerivative(double* ft) {
@@ -267,10 +268,10 @@ Powers Dynamics::timeDerivativeOfLoads(double* slopes) {
   std::fill_n(atRest + n_, n_, 0.0);
   const double* y = atRest;
   if (mechanism_.lanes()) {
-    mechanism_.toLanes(atRest, room_.yInLanes.data());
+    mechanism_.toLaneOrder(atRest, room_.yInLanes.data());
     y = room_.yInLanes.data();
   }
-  run(acting, {outside_.e, outside_.N, outside_.F, {}}, y, slopes);
+  run(acting, {external_.e, external_.N, external_.F, {}}, y, slopes);
   return power;
 }
 
@@ -358,7 +359,7 @@ void Dynamics::jointTorques(double t, const double* y, double* tau) {
     at = general_->query(t, y).state();
   }
   for (Effect* effect : effects_.active()) {
-    if (!effect->coupler()) effect->addTorques(at, tau);
+    if (!effect->jointConstraint()) effect->addTorques(at, tau);
   }
 }
 

@@ -9,7 +9,7 @@
 /// Of prismatic joints θ and ω are the displacement s and its rate.
 ///
 /// The two works W exist only if an effect may have power. Long chains store their states in lane order
-/// (lanes/arrangement.h): angles and rates in the order of the segments, then the works.
+/// (lanes/lane_order.h): angles and rates in the order of the segments, then the works.
 ///
 /// It owns the mechanism, the effects, and a recursion for q̈. The constructor chooses the recursion, by the
 /// length of the chain and by what the effects say of themselves: written out or in segments
@@ -113,10 +113,10 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   int size() const override { return 2 * mechanism_.size() + works_; }
   int freedoms() const override { return size() - (holdsTip() ? 4 : 0); }
   void derivative(double t, const double* y, double* dydt) override;
-  int arrangedSize() const override { return 2 * places_ + works_; }
-  bool isArranged() const override { return !mechanism_.lanes(); }
-  void arrange(const double* y, double* arranged) const override;
-  void restore(const double* arranged, double* y) const override;
+  int sizeInLaneOrder() const override { return 2 * places_ + works_; }
+  bool hasOneOrder() const override { return !mechanism_.lanes(); }
+  void toLaneOrder(const double* y, double* laneOrdered) const override;
+  void toChainOrder(const double* laneOrdered, double* y) const override;
   /// 0 for short chains, which compute all derivatives together.
   int positions() const override { return positions_; }
   int places() const override { return places_; }
@@ -188,8 +188,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void moveLinks(const ChainMotion& from, LinkMotion* motions) const;
 
   /// Computes [ω α] under these moments and forces, without the first positions() rates. Lane order.
-  void run(LoadKind acting, const Outside& outside, const double* y, double* rates);
-  void runLong(LoadKind acting, const Outside& outside, const double* y, double* rates);
+  void run(LoadKind acting, const Loads& external, const double* y, double* rates);
+  void runLong(LoadKind acting, const Loads& external, const double* y, double* rates);
   /// As rates(), at a state in lane order. evaluateEffects() does it when an effect acts.
   void evaluateRates(double t, const double* y, double* out);
   void evaluateEffects(double t, const double* y, double* out);
@@ -222,8 +222,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   bool isBare_ = true;  ///< nothing acts but pins, gravity and inertia
   Recursion recursion_;
   Workspace room_;
-  double* N_;        ///< the moments in lane order
-  Outside outside_;  ///< where run() finds e, N and F
+  double* N_;       ///< the moments in lane order
+  Loads external_;  ///< where run() finds e, N and F
 
   // Made when a method first needs them:
   std::optional<EffectTangents> tangents_;

@@ -93,7 +93,7 @@ class Search {
     Eigen::VectorXd theta(n_);
     coordinates_.toAbsolute(q.data(), theta.data());
     for (int i = 0; i < coordinates_.leading() && !held_ && !groups_.dependOnPlace(); ++i) {
-      if (!groups_.isDriven(i)) settleCarriage(i, theta);
+      if (!groups_.isDriven(i)) equilibrateCarriage(i, theta);
     }
     const Eigen::VectorXd start = theta;
     int step = 0;
@@ -203,7 +203,7 @@ class Search {
   }
 
   /// Newton's method along the axis of a carriage whose springs and stops are piecewise linear.
-  void settleCarriage(int i, Eigen::VectorXd& theta) {
+  void equilibrateCarriage(int i, Eigen::VectorXd& theta) {
     const Joint& joint = scene_.chain.joints()[index(i)];
     constexpr int most = 100;
     for (int step = 0; step < most; ++step) {

@@ -127,7 +127,8 @@ double Evaluator::couplingPower(const Evaluation& at) {
   for (int i = 0; i < n_; ++i) {
     const JointLaw<double>& joint = couplings_.joints[index(i)];
     if (!joint.isPrescribed) continue;
-    power += (at.moments[index(i)] + joint.armature * joint.acceleration) * couplings_.held[index(i)].rate;
+    power +=
+        (at.moments[index(i)] + joint.armature * joint.acceleration) * couplings_.prescribed[index(i)].rate;
   }
   if (at.isPlain) return power;
   power += dot(at.ends.tip.force, couplings_.tipVelocity);

@@ -139,7 +139,7 @@ Powers ExactSolve::timeDerivative(double* slopes) {
   change.acceleration = next.pinAcceleration();
   change.turning = next.angle.acceleration;
   change.tip = next.tip.acceleration;
-  for (int i = 0; i < n_; ++i) change.held[index(i)] = next.joints[index(i)].acceleration;
+  for (int i = 0; i < n_; ++i) change.prescribed[index(i)] = next.joints[index(i)].acceleration;
   std::fill(change.N.begin(), change.N.end(), 0.0);
   std::fill(change.F.begin(), change.F.end(), Vec2d{});
   Powers power = effects_.applyRates(at_, {change.N.data(), change.F.data()});
@@ -156,9 +156,10 @@ Powers ExactSolve::timeDerivative(double* slopes) {
   for (int i = 0; i < n_; ++i) {
     const JointLaw<double>& joint = now.joints[index(i)];
     if (!joint.isPrescribed) continue;
-    const GivenMotion& motion = now.held[index(i)];
-    power.supplied += (change.moments[index(i)] + joint.armature * change.held[index(i)]) * motion.rate +
-                      (at.moments[index(i)] + joint.armature * motion.acceleration) * motion.acceleration;
+    const GivenMotion& motion = now.prescribed[index(i)];
+    power.supplied +=
+        (change.moments[index(i)] + joint.armature * change.prescribed[index(i)]) * motion.rate +
+        (at.moments[index(i)] + joint.armature * motion.acceleration) * motion.acceleration;
   }
   if (at.isPlain) return power;
   power.supplied += dot(change.tipForce, now.tipVelocity) + dot(at.ends.tip.force, now.tip.acceleration);
@@ -231,7 +232,7 @@ Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
   Scalar supplied{};
   for (int i = 0; i < n_; ++i) {
     if (!general_->couplings.joints[index(i)].isPrescribed) continue;
-    supplied += general_->couplings.held[index(i)].rate * along.moment(i);
+    supplied += general_->couplings.prescribed[index(i)].rate * along.moment(i);
   }
   if (general_->at.isPlain) return supplied;
   const BaseState& base = general_->at.base;

@@ -39,9 +39,9 @@ class ExactSolve {
 
   /// Takes the constant stiffness again, after every switch.
   void takeStiffness();
-  /// Linearizes at the state y with the derivative dydt, both in lane order. outside: e, and F where forces
+  /// Linearizes at the state y with the derivative dydt, both in lane order. external: e, and F where forces
   /// act, of this state.
-  void linearize(double t, const double* y, const double* dydt, const Outside& outside);
+  void linearize(double t, const double* y, const double* dydt, const Loads& external);
   /// Linearizes at an evaluation, which is copied.
   void linearize(const Evaluation& at);
   /// The state of the last linearize(), in chain order. Only where an effect has power or acts with forces.
@@ -145,11 +145,11 @@ class ExactSolve {
 
 // Inline: for two links a call would cost as much as what it does.
 
-inline void ExactSolve::linearize(double t, const double* y, const double* dydt, const Outside& outside) {
+inline void ExactSolve::linearize(double t, const double* y, const double* dydt, const Loads& external) {
   // Forces keep their direction when a body turns, so their moments change.
   const double* XF = keepsState_ ? keep(t, y) : nullptr;
-  const Vec2d* F = XF ? outside.F : nullptr;
-  solver_.plain->linearize(outside.e, y + places_, dydt + places_, F, XF);
+  const Vec2d* F = XF ? external.F : nullptr;
+  solver_.plain->linearize(external.e, y + places_, dydt + places_, F, XF);
 }
 
 inline void ExactSolve::solve(const double* rhs, double* x) {

@@ -16,11 +16,11 @@ GeneralMotion::GeneralMotion(const Mechanism& mechanism, Effects& effects)
       asked_(stepped_),
       whole_(stepped_),
       queried_(stepped_),
-      held_(n_),
+      couplingsNow_(n_),
       scratch_(index(n_)),
-      settled_(2 * scratch_.size()) {
-  const std::vector<Coupler*>& couplers = effects.couplers();
-  for (Coupler* coupler : couplers) coupler->attach(*this);
+      snapped_(2 * scratch_.size()) {
+  const std::vector<JointConstraint*>& jointConstraints = effects.jointConstraints();
+  for (JointConstraint* jointConstraint : jointConstraints) jointConstraint->attach(*this);
   if (effects.holdTip()) closure_.emplace(mechanism);
   if (!mechanism.coordinates().anyIsPrismatic() && effects.onlyHold() && n_ > ShortChain::most) {
     welded_.emplace(mechanism.chain());
@@ -40,7 +40,7 @@ void GeneralMotion::forget(bool holds) {
 }
 
 void GeneralMotion::prepareChange() {
-  if (effects_.haveUncoupledEvents()) forget();  // couplers do so themselves, if they change
+  if (effects_.haveUncoupledEvents()) forget();  // joint constraints do so themselves, if they change
 }
 
 void GeneralMotion::saveOrRestore(Snapshot& snapshot) {
@@ -51,9 +51,9 @@ void GeneralMotion::saveOrRestore(Snapshot& snapshot) {
     if (!isKnown) continue;
     snapshot(known->t, known->y);
     if (!snapshot.isReading()) continue;
-    settled_ = known->y;
-    isWelded() ? runWelded(known->t, settled_.data(), *known)
-               : evaluator_.evaluate(known->t, settled_.data(), *known);
+    snapped_ = known->y;
+    isWelded() ? runWelded(known->t, snapped_.data(), *known)
+               : evaluator_.evaluate(known->t, snapped_.data(), *known);
   }
   snapshot(evaluations_);
 }
@@ -124,7 +124,7 @@ void GeneralMotion::torques(double t, const double* y, double* tau) {
   const std::vector<JointLaw<double>>& joints = couplings(t).joints;
   std::fill_n(tau, n_, 0.0);
   for (const auto& effect : effects_.all()) {
-    if (effect->coupler()) effect->addTorques(at.state(), tau);
+    if (effect->jointConstraint()) effect->addTorques(at.state(), tau);
   }
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
@@ -163,8 +163,8 @@ void GeneralMotion::runWelded(double t, const double* y, Evaluation& to) {
 // ---- Held joints ---------------------------------------------------------------------------------------
 
 const Couplings& GeneralMotion::couplings(double t) {
-  effects_.couple(t, 0, held_);
-  return held_;
+  effects_.couple(t, 0, couplingsNow_);
+  return couplingsNow_;
 }
 
 bool GeneralMotion::hold(double t, double* y) {
@@ -173,7 +173,7 @@ bool GeneralMotion::hold(double t, double* y) {
   for (int i = 0; i < n_; ++i) {
     if (!given.joints[index(i)].isPrescribed) continue;
     any = true;
-    const GivenMotion& motion = given.held[index(i)];
+    const GivenMotion& motion = given.prescribed[index(i)];
     const int inner = coordinates_.inner(i);
     y[i] = (inner >= 0 ? y[inner] : 0) + motion.value;
     y[n_ + i] = (inner >= 0 ? y[n_ + inner] : 0) + motion.rate;
@@ -181,20 +181,20 @@ bool GeneralMotion::hold(double t, double* y) {
   return any;
 }
 
-void GeneralMotion::settle(double t, double* y, double most) {
+void GeneralMotion::snapPrescribed(double t, double* y, double most) {
   if (!closure_) {
     hold(t, y);
     return;
   }
-  std::copy_n(y, 2 * n_, settled_.begin());
-  if (!project(t, settled_.data(), nullptr)) return;
-  const Eigen::Map<const Eigen::ArrayXd> before(y, 2 * n_), after(settled_.data(), 2 * n_);
+  std::copy_n(y, 2 * n_, snapped_.begin());
+  if (!project(t, snapped_.data(), nullptr)) return;
+  const Eigen::Map<const Eigen::ArrayXd> before(y, 2 * n_), after(snapped_.data(), 2 * n_);
   if (((after - before).abs() <= most * (1 + before.abs())).all()) std::copy_n(after.data(), 2 * n_, y);
 }
 
 bool GeneralMotion::project(double t, double* y, double* carry) {
   hold(t, y);
-  return !closure_ || closure_->project(held_, y, carry);
+  return !closure_ || closure_->project(couplingsNow_, y, carry);
 }
 
 }  // namespace planar_chain

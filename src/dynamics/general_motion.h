@@ -88,7 +88,7 @@ class GeneralMotion final : private Mechanics {
   /// See Closure::spread(); 1 if the tip is free.
   double spread(double t, const double* y) { return closure_ ? closure_->spread(couplings(t), y) : 1; }
   /// The same where the last project() ended.
-  double lastSpread() const { return closure_ ? closure_->lastSpread(held_) : 1; }
+  double lastSpread() const { return closure_ ? closure_->lastSpread(couplingsNow_) : 1; }
   bool isStretched(double t, const double* y) override {
     // Rounding, 1e-16, grows by one over the margin in the force on the tip: beyond this to 1e-7 of it.
     // Larger, motions that only come near such a pose are stopped; smaller, rounding chooses their way.
@@ -115,7 +115,7 @@ class GeneralMotion final : private Mechanics {
     return own;
   }
   JointAnswer answer(double t, const double* y) override;
-  void settle(double t, double* y, double most) override;
+  void snapPrescribed(double t, double* y, double most) override;
   void forget(bool holds) override;
   bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }
   void runWelded(double t, const double* y, Evaluation& to);
@@ -131,8 +131,8 @@ class GeneralMotion final : private Mechanics {
   Evaluation queried_;
   std::optional<Welded> welded_;
   std::optional<Closure> closure_;  ///< if the tip is held
-  Couplings held_;
-  std::vector<double> scratch_, settled_;
+  Couplings couplingsNow_;
+  std::vector<double> scratch_, snapped_;
   long long evaluations_ = 0;
 };
 

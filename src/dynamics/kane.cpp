@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "dynamics/entered.h"
+#include "dynamics/scene_snapshot.h"
 #include "effects/effect_kind.h"
 
 namespace planar_chain {
@@ -38,14 +38,14 @@ Matrix2d angularVelocityMatrix(double omega) {
 }
 
 /// Adds rotors, the base, and the torques of drives and friction.
-void addCouplings(Entered& entered, ActiveForces& active) {
-  const Chain& chain = entered.mechanism.chain();
+void addCouplings(SceneSnapshot& snapshot, ActiveForces& active) {
+  const Chain& chain = snapshot.mechanism.chain();
   VectorXd tau(chain.size());
-  entered.motion.torques(entered.t, entered.y.data(), tau.data());
+  snapshot.motion.torques(snapshot.t, snapshot.y.data(), tau.data());
   active.tau += tau;
   active.rotors.resize(chain.size());
   for (int i = 0; i < chain.size(); ++i) active.rotors[i] = inertiaIn(chain.joints()[index(i)]);
-  const Couplings& now = entered.motion.couplings(entered.t);
+  const Couplings& now = snapshot.motion.couplings(snapshot.t);
   active.acceleration = now.pinAcceleration();
   active.angle = now.angle.value;
   active.rate = now.angle.rate;
@@ -80,8 +80,8 @@ ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const
   // Springs, dampers, stops, loads: each writes its own as on paper.
   for (const EffectKind* kind : effectKinds())
     kind->addDense(scene, t, q, qd, {active.F, active.M, active.tau});
-  Entered entered(scene, t, q, qd);
-  if (!entered.effects.couplers().empty()) addCouplings(entered, active);
+  SceneSnapshot snapshot(scene, t, q, qd);
+  if (!snapshot.effects.jointConstraints().empty()) addCouplings(snapshot, active);
   return active;
 }
 
@@ -245,16 +245,16 @@ VectorXd inverseDynamics(const Scene& scene, double t, const VectorXd& q, const 
   requireSize("q", q, scene.chain.size());
   requireSize("qd", qd, scene.chain.size());
   requireSize("qdd", qdd, scene.chain.size());
-  Entered entered(scene, t, q, qd);
+  SceneSnapshot snapshot(scene, t, q, qd);
   const int n = scene.chain.size();
-  const Evaluation& at = entered.evaluation();
+  const Evaluation& at = snapshot.evaluation();
 
   // Without the friction that was found: it follows the motion that is asked for.
   VectorXd found = VectorXd::Zero(n), tau(n);
-  for (const auto& effect : entered.effects.all()) {
-    if (effect->coupler()) effect->addTorques(at.state(), found.data());
+  for (const auto& effect : snapshot.effects.all()) {
+    if (effect->jointConstraint()) effect->addTorques(at.state(), found.data());
   }
-  entered.motion.evaluator().invert(at, found.data(), qdd.data(), tau.data());
+  snapshot.motion.evaluator().invert(at, found.data(), qdd.data(), tau.data());
   for (int i = 0; i < n; ++i) {
     const Joint& joint = scene.chain.joints()[index(i)];
     const double way = qd[i] != 0 ? qd[i] : qdd[i];

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "dynamics/entered.h"
 #include "dynamics/general_motion.h"
 #include "dynamics/given_state.h"
 #include "dynamics/motion_change.h"
+#include "dynamics/scene_snapshot.h"
 #include "effects/motors.h"
 #include "planar_chain/kane.h"
 
@@ -171,18 +171,18 @@ LinearModel linearModel(const Scene& given, double t, const VectorXd& q, const V
   VectorXd tau =
       about.isHeld ? holdingTorques(scene, t, q, qd) : checked(scene, about.tau.value_or(VectorXd::Zero(n)));
   addTorques(tau, scene);
-  Entered entered(scene, t, q, qd);
-  const Evaluation& at = entered.evaluation();
-  EffectTangents tangents(n, entered.effects);
-  tangents.takeConstant(entered.effects);
-  tangents.takeJoints(entered.effects, at.state());
-  tangents.takeForces(entered.effects, at.state());
-  const Couplings& couplings = entered.motion.couplings(t);
-  const bool hasForces = entered.effects.acting() == LoadKind::forces;
+  SceneSnapshot snapshot(scene, t, q, qd);
+  const Evaluation& at = snapshot.evaluation();
+  EffectTangents tangents(n, snapshot.effects);
+  tangents.takeConstant(snapshot.effects);
+  tangents.takeJoints(snapshot.effects, at.state());
+  tangents.takeForces(snapshot.effects, at.state());
+  const Couplings& couplings = snapshot.motion.couplings(t);
+  const bool hasForces = snapshot.effects.acting() == LoadKind::forces;
 
   // δq̈ while joint j, with all that turns with it, turns or slides by `turn`, speeds up by `speed`, and has
   // `torque` more.
-  MotionChange change(entered.mechanism);
+  MotionChange change(snapshot.mechanism);
   const Coordinates& coordinates = scene.chain.coordinates();
   const auto along = [&](int j, double turn, double speed, double torque) {
     for (int i = 0; i < n; ++i) {

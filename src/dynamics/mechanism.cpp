@@ -45,33 +45,33 @@ void Mechanism::toBodies(const double* x, double ofBase, double* angles) const {
   for (int j = 0; j < n_; ++j) angles[j] += ofBase;
 }
 
-void Mechanism::toLanes(const double* inOrder, double* inLanes) const {
+void Mechanism::toLaneOrder(const double* inOrder, double* inLanes) const {
   if (!lanes_) {
     std::copy_n(inOrder, 2 * n_, inLanes);
     return;
   }
-  lanes_->arrange(inOrder, inLanes);
-  lanes_->arrange(inOrder + n_, inLanes + places_);
+  lanes_->toLaneOrder(inOrder, inLanes);
+  lanes_->toLaneOrder(inOrder + n_, inLanes + places_);
 }
 
-void Mechanism::toOrder(const double* inLanes, double* inOrder) const {
+void Mechanism::toChainOrder(const double* inLanes, double* inOrder) const {
   if (!lanes_) {
     std::copy_n(inLanes, 2 * n_, inOrder);
     return;
   }
-  lanes_->restore(inLanes, inOrder);
-  lanes_->restore(inLanes + places_, inOrder + n_);
+  lanes_->toChainOrder(inLanes, inOrder);
+  lanes_->toChainOrder(inLanes + places_, inOrder + n_);
 }
 
 const double* Mechanism::quantityInLanes(const double* values, double* room) const {
   if (!lanes_) return values;
-  lanes_->arrange(values, room);
+  lanes_->toLaneOrder(values, room);
   return room;
 }
 
 const double* Mechanism::stateInOrder(const double* y, double* room) const {
   if (!lanes_) return y;
-  toOrder(y, room);
+  toChainOrder(y, room);
   return room;
 }
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <variant>
 
-#include "lanes/arrangement.h"
+#include "lanes/lane_order.h"
 #include "lanes/segments.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
@@ -27,7 +27,7 @@ class Mechanism {
   int size() const { return n_; }  ///< n
   const Coordinates& coordinates() const { return chain_.coordinates(); }
   /// The order of a long chain's bodies, in which its states are kept; nullptr: chain order.
-  const Arrangement* lanes() const { return lanes_ ? &*lanes_ : nullptr; }
+  const LaneOrder* lanes() const { return lanes_ ? &*lanes_ : nullptr; }
   /// The numbers that one quantity of all bodies takes in that order: n, or more.
   int places() const { return places_; }
   Recursion makeRecursion() const;
@@ -40,8 +40,8 @@ class Mechanism {
   void toBodies(const double* x, double ofBase, double* angles) const;
 
   /// [θ ω] from chain order to lane order and back; not in place. Allocate nothing.
-  void toLanes(const double* inOrder, double* inLanes) const;
-  void toOrder(const double* inLanes, double* inOrder) const;
+  void toLaneOrder(const double* inOrder, double* inLanes) const;
+  void toChainOrder(const double* inLanes, double* inOrder) const;
   /// One number of each body.
   const double* quantityInLanes(const double* values, double* room) const;
   /// [θ ω] in chain order: copied to `room`, or as it stands where that is the order already.
@@ -54,7 +54,7 @@ class Mechanism {
  private:
   const Chain& chain_;
   int n_;
-  std::optional<Arrangement> lanes_;
+  std::optional<LaneOrder> lanes_;
   int places_;
   void (*rotations_)(const double* theta, double* e, int n);
 };

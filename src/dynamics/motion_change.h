@@ -23,7 +23,7 @@ class MotionChange {
   /// No change yet. The mechanism must outlive this object.
   explicit MotionChange(const Mechanism& mechanism) : mechanism_(mechanism), recursion_(mechanism.chain()) {
     const auto n = index(mechanism.size());
-    for (auto* numbers : {&turn, &speed, &N, &held, &xdd, &moments}) numbers->resize(n);
+    for (auto* numbers : {&turn, &speed, &N, &prescribed, &xdd, &moments}) numbers->resize(n);
     for (auto* vectors : {&F, &pins, &pinVelocities}) vectors->resize(n);
     e_.resize(n);
     for (auto* numbers : {&x_, &rates_, &omega_, &N_, &xdd_, &moments_}) numbers->resize(n);
@@ -41,7 +41,7 @@ class MotionChange {
   std::vector<double> turn, speed;    ///< of the coordinates and their rates, angles against the ground
   std::vector<double> N;              ///< moments about the inner pins
   std::vector<Vec2d> F;               ///< forces
-  std::vector<double> held;           ///< q̈ of held joints
+  std::vector<double> prescribed;     ///< q̈ of held joints
 
   /// Computes the results at an evaluation. hasForces: at.F acts.
   void find(const Evaluation& at, bool hasForces, const Couplings& couplings,
@@ -113,7 +113,7 @@ class MotionChange {
       if (coordinates.turner(i) >= 0) N_[index(coordinates.turner(i))].slope += dM;
       F_[j] = nudged(hasForces ? at.F[j] : Vec2d{}, dF);
       const JointLaw<double>& joint = couplings.joints[j];
-      joints_[j] = {joint.armature, joint.isPrescribed, {joint.acceleration, held[j]}};
+      joints_[j] = {joint.armature, joint.isPrescribed, {joint.acceleration, prescribed[j]}};
     }
   }
   /// The directions that act at the state.

@@ -9,7 +9,7 @@ namespace planar_chain {
 /// Beside a held tip nothing else that couples has a series.
 bool Dynamics::hasSeries() const {
   const bool isMixed = mechanism_.coordinates().anyIsPrismatic();
-  const bool couples = effects_.couplers().size() > 1;
+  const bool couples = effects_.jointConstraints().size() > 1;
   return effects_.haveSeries() && !(holdsTip() && (isMixed || couples));
 }
 
@@ -21,7 +21,7 @@ double Dynamics::seriesCost(int order) const {
 void Dynamics::reserveSeries(int order) {
   const int reserved = series_ ? series_->orders() : generalSeries_ ? generalSeries_->orders() : 0;
   if (reserved >= order) return;
-  const bool couples = !effects_.couplers().empty() || effects_.anyForces(&Forces::dependOnMotion);
+  const bool couples = !effects_.jointConstraints().empty() || effects_.anyForces(&Forces::dependOnMotion);
   if (holdsTip() || (MotionSeries::areFor(mechanism_.chain()) && !couples)) {
     series_.emplace(mechanism_.chain(), order, nullptr, holdsTip());
   } else {
@@ -37,7 +37,7 @@ void Dynamics::series(double t, const double* y, const double* carry, int order,
   if (!series_) return findGeneralSeries(t, y, order, c);
   (general_ ? seriesOrders_ : evaluations_) += order;
   if (!effects_.act())
-    return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c, carry);
+    return series_->find(order, {nullptr, nullptr, nullptr, external_.ground}, nullptr, c, carry);
   known_ = {t, n_, c, series_->rotations()};
   const bool hasForces = effects_.acting() == LoadKind::forces;
   if (general_) {
@@ -48,7 +48,7 @@ void Dynamics::series(double t, const double* y, const double* carry, int order,
     apply(effects_.active(), t, y, y + n_);
   }
   const Vec2d* F = hasForces ? room_.F.data() : nullptr;
-  series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c, carry);
+  series_->find(order, {nullptr, room_.N.data(), F, external_.ground}, this, c, carry);
 }
 
 void Dynamics::findGeneralSeries(double t, const double* y, int order, double* c) {

@@ -125,21 +125,21 @@ const Couplings& VariedMotion::couplings(double t) {
   return couplings_;
 }
 
-void VariedMotion::findChange(const double* c, const double* held) {
+void VariedMotion::findChange(const double* c, const double* prescribed) {
   const Coordinates& coordinates = mechanism_.coordinates();
   std::fill(change_.N.begin(), change_.N.end(), 0.0);
   std::copy_n(c, n_, change_.turn.begin());
   std::copy_n(c + n_, n_, change_.speed.begin());
   for (int i = 0; i < n_; ++i) {
-    change_.held[index(i)] = held ? held[i] : 0;
+    change_.prescribed[index(i)] = prescribed ? prescribed[i] : 0;
     const double torque = -tangents_.k[index(i)] * coordinates.relative(c, i) -
                           tangents_.d[index(i)] * coordinates.relative(c + n_, i);
     coordinates.addTorque(torque, i, change_.N.data());
   }
 }
 
-void VariedMotion::change(const double* c, const double* held, double* to) {
-  findChange(c, held);
+void VariedMotion::change(const double* c, const double* prescribed, double* to) {
+  findChange(c, prescribed);
   change_.find(at_, effects_.acting() == LoadKind::forces, couplings_, tangents_);
   std::copy(change_.xdd.begin(), change_.xdd.end(), to);
 }

@@ -84,8 +84,8 @@ class VariedMotion final : public ode::LinearizedSystem {
   /// What acts at a state of the motion, and f. Valid until the next call.
   const Evaluation& at(double t, const double* y);
   const Couplings& couplings(double t);
-  /// How the rates change by J c, n values, if the held joints speed up by `held` besides; or nullptr.
-  void change(const double* c, const double* held, double* to);
+  /// How the rates change by J c, n values, if the held joints speed up by `prescribed` besides; or nullptr.
+  void change(const double* c, const double* prescribed, double* to);
   /// The torque in a joint per torque that is held in it.
   double shareOf(int joint, double t) const { return share_(joint, t); }
   /// The change of the moment in a joint in the last change() or findSource().
@@ -105,7 +105,7 @@ class VariedMotion final : public ode::LinearizedSystem {
   void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
 
  private:
-  void findChange(const double* c, const double* held);
+  void findChange(const double* c, const double* prescribed);
 
   const Effects& effects_;
   const Mechanism mechanism_;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// A chain whose joints slide or stick, without rotors, drives and forces, and on a base at rest. Bodies that
+/// A chain whose joints slip or stick, without rotors, drives and forces, and on a base at rest. Bodies that
 /// stick together are one body, so a plain chain of fewer bodies is left. It runs in segments (segments.h).
 ///
 /// The bodies a … b, with angles q of the stuck joints between them, in the axes of a:
@@ -22,8 +22,8 @@
 #include <vector>
 
 #include "effects/effect.h"
-#include "lanes/arrangement.h"
 #include "lanes/kernel.h"
+#include "lanes/lane_order.h"
 #include "planar_chain/chain.h"
 #include "recursion/articulated.h"
 #include "simd/cache_lines.h"
@@ -47,7 +47,7 @@ class WeldedChain {
     turns_.resize(n);
     angles_.resize(n);
     links_.resize(places * simd::SegmentArrays::linkQuantities);
-    handles_.resize(places * simd::SegmentArrays::handleQuantities);
+    factors_.resize(places * simd::SegmentArrays::factorQuantities);
     for (auto* numbers : {&theta_, &omega_, &N_, &alpha_}) numbers->resize(places + 1);
     pins_.resize(places * simd::SegmentArrays::pinQuantities);
     e_.resize(2 * places);
@@ -74,7 +74,7 @@ class WeldedChain {
         pin = &welded_.emplace_back(bodies_[j]).p;
         continue;
       }
-      if (const double q = at.held[j].value; angles_[j] != q) {
+      if (const double q = at.prescribed[j].value; angles_[j] != q) {
         angles_[j] = q;
         turns_[j] = Rotation<double>::of(q);
       }
@@ -85,7 +85,7 @@ class WeldedChain {
     }
     first_.push_back(bodies_.size());
     sumStuck();
-    arrange();
+    putInLaneOrder();
   }
   /// Writes α of all bodies. N: nullptr: the same as last time since weld().
   void accelerations(const double* theta, const double* omega, const double* N, double* alpha) {
@@ -100,7 +100,7 @@ class WeldedChain {
     }
     if (steps_ > 0) {
       kernel_.rotations(theta_.data(), e_.data(), steps_ * kernel_.lanes);
-      kernel_.segments({steps_, links_.data(), handles_.data()}, e_.data(), omega_.data(), N_.data(), nullptr,
+      kernel_.segments({steps_, links_.data(), factors_.data()}, e_.data(), omega_.data(), N_.data(), nullptr,
                        -1.0 * chain_.gravity(), alpha_.data());
     }
     for (std::size_t j = 0; j < placeOfLink_.size(); ++j) alpha[j] = alpha_[index(placeOfLink_[j])];
@@ -111,7 +111,7 @@ class WeldedChain {
     const Vec2d ground = -1.0 * chain_.gravity();
     Vec2d onFirst;
     if (steps_ > 0) {
-      onFirst = kernel_.pins({steps_, links_.data(), handles_.data()}, e_.data(), omega_.data(),
+      onFirst = kernel_.pins({steps_, links_.data(), factors_.data()}, e_.data(), omega_.data(),
                              alpha_.data(), ground, pins_.data());
     }
     const std::size_t lanes = index(kernel_.lanes);
@@ -157,7 +157,7 @@ class WeldedChain {
     }
   }
   /// Writes the bodies in lane order.
-  void arrange() {
+  void putInLaneOrder() {
     const std::size_t lanes = index(kernel_.lanes), count = welded_.size(),
                       steps = (count + lanes - 1) / lanes;
     steps_ = static_cast<int>(steps);
@@ -209,7 +209,7 @@ class WeldedChain {
   };
   std::vector<Stuck> stuck_;          ///< of the links that stick to the one before
   std::vector<std::size_t> several_;  ///< the bodies of several links
-  CacheLines links_, handles_, pins_, theta_, omega_, N_, alpha_, e_;
+  CacheLines links_, factors_, pins_, theta_, omega_, N_, alpha_, e_;
 };
 
 }  // namespace planar_chain

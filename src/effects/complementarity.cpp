@@ -14,12 +14,12 @@ constexpr int mostVain = 20;
 /// distance doubles each time.
 constexpr int nearest = 3;
 /// A joint that starts with a smaller share than this of the least q̈ that counts is held. A joint beside
-/// others that slide starts with more than a tenth where its band ends.
+/// others that slip starts with more than a tenth where its band ends.
 constexpr double slow = 1. / 16;
 constexpr double mostWidened = 256;  ///< a band, at once
 
 bool isWrong(const RestingJoint& joint) {
-  return joint.direction == 0 ? joint.excess > 0 && !joint.isHeld : joint.wrong > 0;
+  return joint.direction == 0 ? joint.excess > 0 && !joint.mustStick : joint.wrong > 0;
 }
 bool startsWrong(const RestingJoint& joint) {
   return joint.direction != 0 && joint.wrong > 0;
@@ -63,7 +63,7 @@ class Pivoting {
     ++rounds_;
     // Changed alone, and wrong the same way again: by rounding. One that came from + may still start in −.
     if (flipped_ == 1 && isWrong(*last_) && (last_->direction != 0 || last_->release == before_)) {
-      last_->isHeld = true;
+      last_->mustStick = true;
       if (last_->direction != 0) {
         last_->direction = 0;
         chain_.solve(joints_);
@@ -80,7 +80,7 @@ class Pivoting {
       if (joint.direction == 0 || joint.start >= slow) continue;
       joint.direction = 0;
       joint.widening = 1 / std::max(joint.start, 1 / mostWidened);
-      joint.isHeld = any = true;
+      joint.mustStick = any = true;
     }
     flipped_ = 0;
     return any;

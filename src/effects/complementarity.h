@@ -36,9 +36,9 @@ namespace planar_chain {
 /// A joint at rest: the guess, and what the last solve() says of it.
 struct RestingJoint {
   int joint = 0;
-  double direction = 0;  ///< 0: it sticks, else the sign of its q̈
-  bool isHeld = false;   ///< it sticks, for rounding alone says otherwise, or it would hardly start
-  double widening = 2;   ///< of a held joint: by how much its band gets wider than its excess
+  double direction = 0;    ///< 0: it sticks, else the sign of its q̈
+  bool mustStick = false;  ///< it sticks, for rounding alone says otherwise, or it would hardly start
+  double widening = 2;     ///< of a held joint: by how much its band gets wider than its excess
   // Results of solve():
   double excess = 0;   ///< of a stuck joint: |λ| − the torque that releases it, N m
   double load = 0;     ///< of a stuck joint: |λ| / breakaway torque

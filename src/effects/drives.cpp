@@ -10,12 +10,12 @@ namespace planar_chain {
 namespace {
 
 /// An effect that adds no moment or force of its own.
-class CouplingEffect : public Effect, public Coupler {
+class CouplingEffect : public Effect, public JointConstraint {
  public:
   LoadKind mostActing() const final { return LoadKind::nothing; }
   Powers apply(const ChainState& /*at*/, const Actions& /*to*/) final { return {}; }
   void addTorques(const ChainState& /*at*/, double* /*tau*/) final {}
-  Coupler* coupler() final { return this; }
+  JointConstraint* jointConstraint() final { return this; }
 };
 
 // ---- Rotors --------------------------------------------------------------------------------------
@@ -111,7 +111,7 @@ class Drives : public LawEffect {
       const GivenMotion motion = laws_[i].order(k, t);
       to.joints[index(joints_[i])].isPrescribed = true;
       to.joints[index(joints_[i])].acceleration = motion.acceleration;
-      to.held[index(joints_[i])] = motion;
+      to.prescribed[index(joints_[i])] = motion;
     }
   }
 

@@ -7,7 +7,7 @@
 /// and Taylor coefficients. What only some effects are has an interface of its own, which the effect returns:
 ///
 ///     events()      not smooth in every state          Events
-///     coupler()     couples accelerations, or moves the base          Coupler, coupler.h
+///     jointConstraint()  couples accelerations, or moves the base  JointConstraint
 ///     forces()      acts with forces on bodies          Forces
 ///     inLanes()     computes moments in the order of long chains          InLanes
 ///
@@ -21,8 +21,8 @@
 #include <cstddef>
 #include <limits>
 
-#include "effects/coupler.h"
-#include "lanes/arrangement.h"
+#include "effects/joint_constraint.h"
+#include "lanes/lane_order.h"
 #include "ode/events.h"
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
@@ -63,13 +63,13 @@ class Mechanics {
  public:
   /// Valid until the next one. The next evaluation of f at the same state is free.
   virtual JointAnswer answer(double t, const double* y) = 0;
-  /// Call it after a joint changes the direction in which it slides; with `holds` after joints stick or break
+  /// Call it after a joint changes the direction in which it slips; with `holds` after joints stick or break
   /// loose.
   virtual void forget(bool holds) = 0;
   /// Puts held joints where they are at t, exactly, and moves the others to where a held tip is. If that
   /// changes a component by more than `most`, of 1 + |y|, it changes nothing. Without a held tip it moves the
   /// held joints alone, however far.
-  virtual void settle(double t, double* y, double most) = 0;
+  virtual void snapPrescribed(double t, double* y, double most) = 0;
   /// True if held joints and a held tip leave the motion undetermined, to rounding.
   virtual bool isStretched(double t, const double* y) = 0;
 
@@ -148,14 +148,14 @@ class Forces {
 };
 
 /// An effect that takes states in lane order, so that long chains need not reorder them
-/// (lanes/arrangement.h). It has moments alone, which do not depend on t explicitly. In short chains both
+/// (lanes/lane_order.h). It has moments alone, which do not depend on t explicitly. In short chains both
 /// orders are the same.
 class InLanes {
  public:
   virtual ~InLanes() = default;
   /// Takes the order from now on; nullptr: chain order. Called before all others, in long chains twice.
   /// Allocates.
-  virtual void arrange(const Arrangement* lanes) = 0;
+  virtual void takeLaneOrder(const LaneOrder* lanes) = 0;
   /// As Effect::apply() and Effect::powersAlong(), which then need not be there for chains that do not
   /// couple.
   virtual Powers applyInLanes(const double* theta, const double* omega, double* N) = 0;
@@ -179,7 +179,7 @@ class Effect {
   /// called.
   virtual bool isNonlinear() const { return false; }
   virtual Events* events() { return nullptr; }
-  virtual Coupler* coupler() { return nullptr; }
+  virtual JointConstraint* jointConstraint() { return nullptr; }
   virtual Forces* forces() { return nullptr; }
   virtual InLanes* inLanes() { return nullptr; }
 

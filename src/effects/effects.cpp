@@ -13,13 +13,13 @@ Effects::Effects(const Scene& scene, std::unique_ptr<Effect> more, bool (EffectK
     if (std::unique_ptr<Effect> effect = kind->make(scene)) all_.push_back(std::move(effect));
   }
   for (const auto& effect : all_) {
-    Coupler* coupler = effect->coupler();
-    if (coupler) couplers_.push_back(coupler);
+    JointConstraint* jointConstraint = effect->jointConstraint();
+    if (jointConstraint) jointConstraints_.push_back(jointConstraint);
     Events* events = effect->events();
     if (!events) continue;
     withEvents_.push_back(events);
     events->addEvents(events_);
-    haveUncoupledEvents_ = haveUncoupledEvents_ || !coupler;
+    haveUncoupledEvents_ = haveUncoupledEvents_ || !jointConstraint;
   }
   for (const auto& effect : all_) {
     if (effect->forces()) effect->forces()->takeBase(base());
@@ -27,14 +27,14 @@ Effects::Effects(const Scene& scene, std::unique_ptr<Effect> more, bool (EffectK
   for (auto* effects : {&active_, &activeInOrder_}) effects->reserve(all_.size());
   activeInLanes_.reserve(all_.size());
   activeForces_.reserve(all_.size());
-  couplersInTime_.reserve(all_.size());
-  arrange(nullptr);
+  jointConstraintsInTime_.reserve(all_.size());
+  takeLaneOrder(nullptr);
   enter(0);
 }
 
-void Effects::arrange(const Arrangement* lanes) {
+void Effects::takeLaneOrder(const LaneOrder* lanes) {
   for (const auto& effect : all_) {
-    if (effect->inLanes()) effect->inLanes()->arrange(lanes);
+    if (effect->inLanes()) effect->inLanes()->takeLaneOrder(lanes);
   }
 }
 
@@ -49,8 +49,9 @@ bool Effects::any(bool (Effect::*is)() const) const {
 }
 
 bool Effects::onlyHold() const {
-  const auto onlyHolds = [](const Coupler* coupler) { return coupler->onlyHolds(); };
-  return !couplers_.empty() && std::all_of(couplers_.begin(), couplers_.end(), onlyHolds);
+  const auto onlyHolds = [](const JointConstraint* jointConstraint) { return jointConstraint->onlyHolds(); };
+  return !jointConstraints_.empty() &&
+         std::all_of(jointConstraints_.begin(), jointConstraints_.end(), onlyHolds);
 }
 
 bool Effects::haveSeries() const {
@@ -116,7 +117,7 @@ void Effects::listActive() {
   activeInOrder_.clear();
   activeInLanes_.clear();
   activeForces_.clear();
-  couplersInTime_.clear();
+  jointConstraintsInTime_.clear();
   acting_ = LoadKind::nothing;
   reach_ = 0;
   variesWithTime_ = false;
@@ -124,7 +125,7 @@ void Effects::listActive() {
   for (const auto& effect : all_) {
     if (effect->variesWithTime()) {
       variesWithTime_ = true;
-      if (effect->coupler()) couplersInTime_.push_back(effect->coupler());
+      if (effect->jointConstraint()) jointConstraintsInTime_.push_back(effect->jointConstraint());
     }
     if (effect->acting() == LoadKind::nothing) continue;
     active_.push_back(effect.get());
@@ -145,24 +146,24 @@ void Effects::listActive() {
 // ---- Coupled joints and the base -------------------------------------------------------------------
 
 const BaseLaws* Effects::base() const {
-  for (const Coupler* coupler : couplers_) {
-    if (coupler->base()) return coupler->base();
+  for (const JointConstraint* jointConstraint : jointConstraints_) {
+    if (jointConstraint->base()) return jointConstraint->base();
   }
   return nullptr;
 }
 
 bool Effects::holdTip() const {
-  return std::any_of(couplers_.begin(), couplers_.end(),
-                     [](const Coupler* coupler) { return coupler->holdsTip(); });
+  return std::any_of(jointConstraints_.begin(), jointConstraints_.end(),
+                     [](const JointConstraint* jointConstraint) { return jointConstraint->holdsTip(); });
 }
 
 void Effects::couple(double t, int k, Couplings& to) const {
   std::fill(to.joints.begin(), to.joints.end(), JointLaw<double>{});
-  for (const Coupler* coupler : couplers_) coupler->couple(t, k, to);
+  for (const JointConstraint* jointConstraint : jointConstraints_) jointConstraint->couple(t, k, to);
 }
 
 void Effects::coupleInTime(double t, Couplings& to) const {
-  for (const Coupler* coupler : couplersInTime_) coupler->couple(t, 0, to);
+  for (const JointConstraint* jointConstraint : jointConstraintsInTime_) jointConstraint->couple(t, 0, to);
 }
 
 }  // namespace planar_chain

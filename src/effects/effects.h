@@ -20,7 +20,7 @@ class Effects {
   explicit Effects(const Scene& scene, std::unique_ptr<Effect> more = nullptr,
                    bool (EffectKind::*has)() const = nullptr);
   /// Takes the order in which inLanes() compute. Allocates.
-  void arrange(const Arrangement* lanes);
+  void takeLaneOrder(const LaneOrder* lanes);
 
   bool empty() const { return all_.empty(); }
   const std::vector<std::unique_ptr<Effect>>& all() const { return all_; }
@@ -87,7 +87,7 @@ class Effects {
 
   // ---- Coupled joints and the base ----------------------------------------------------------------------
 
-  const std::vector<Coupler*>& couplers() const { return couplers_; }
+  const std::vector<JointConstraint*>& jointConstraints() const { return jointConstraints_; }
   /// The laws of the base, or nullptr if it stands still.
   const BaseLaws* base() const;
   /// True if the tip is held.
@@ -95,7 +95,7 @@ class Effects {
   /// Order k of all that couples at t.
   void couple(double t, int k, Couplings& to) const;
   /// True if something couples otherwise at another time.
-  bool coupleInTime() const { return !couplersInTime_.empty(); }
+  bool coupleInTime() const { return !jointConstraintsInTime_.empty(); }
   /// Order 0 of that; the rest of `to` stays.
   void coupleInTime(double t, Couplings& to) const;
 
@@ -115,7 +115,7 @@ class Effects {
   std::vector<Effect*> active_, activeInOrder_;
   std::vector<InLanes*> activeInLanes_;
   std::vector<Forces*> activeForces_;
-  std::vector<Coupler*> couplers_, couplersInTime_;
+  std::vector<JointConstraint*> jointConstraints_, jointConstraintsInTime_;
   LoadKind acting_ = LoadKind::nothing;
   int reach_ = 0;
   bool variesWithTime_ = false, momentsAreConstant_ = true, haveUncoupledEvents_ = false;

@@ -13,7 +13,7 @@ namespace planar_chain {
 
 namespace {
 
-class Friction : public Effect, public Coupler, public Events, private RestingChain {
+class Friction : public Effect, public JointConstraint, public Events, private RestingChain {
  public:
   /// tolerance: of rates, per second; 0 without error control. isClosed: the tip is held.
   Friction(const Chain& chain, double tolerance, bool isClosed)
@@ -22,7 +22,7 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
         n_(chain.size()),
         joints_(chain, tolerance),
         remembered_(joints_),
-        sliding_(joints_, n_),
+        slips_(joints_, n_),
         stuck_(joints_) {
     yield_.setZero(n_);
     rememberedYield_ = yield_;
@@ -58,11 +58,11 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
     yield_ = rememberedYield_;
   }
   void saveOrRestore(Snapshot& snapshot) override { snapshot(joints_, yield_); }
-  Coupler* coupler() override { return this; }
+  JointConstraint* jointConstraint() override { return this; }
   void couple(double /*t*/, int k, Couplings& to) const override {
     for (const int i : joints_.stuck()) {
       to.joints[index(i)].isPrescribed = true;
-      to.held[index(i)] = {k == 0 ? joints_.angle(i) : 0, 0, 0};
+      to.prescribed[index(i)] = {k == 0 ? joints_.angle(i) : 0, 0, 0};
     }
   }
   bool onlyHolds() const override { return true; }
@@ -72,7 +72,7 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
   }
 
   Events* events() override { return this; }
-  void addEvents(ode::EventList& to) const override { to.insert(to.end(), {&sliding_, &stuck_}); }
+  void addEvents(ode::EventList& to) const override { to.insert(to.end(), {&slips_, &stuck_}); }
 
   void enterState(double t, const double* y) override {
     yield_.setZero();
@@ -82,7 +82,7 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
       joints_.enter(i, y);
       // The projection onto a held tip gives a joint at rest a rate of rounding.
       if (isClosed_ && joints_.looseDue(i, y + n_) <= 0) joints_.start(i, 0);
-      if (!joints_.slides(i)) atRest_.push_back({i});
+      if (!joints_.slips(i)) atRest_.push_back({i});
     }
     take();
     decide(t, y);
@@ -92,24 +92,24 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
     take();
   }
   void fire(double t, double* y, const ode::LocatedEvent& located) override {
-    const int arrived = located.by == &sliding_ ? located.which : -1;
+    const int arrived = located.by == &slips_ ? located.which : -1;
     atRest_.clear();
     arrival_ = {};
     bool anyChanges = false;
     for (const int i : joints_.joints()) {
       if (joints_.isLoose(i)) {
         if (joints_.looseDue(i, y + n_) <= 0) continue;
-        joints_.slide(i, y + n_);
+        joints_.slip(i, y + n_);
         anyChanges = true;
         continue;
       }
       RestingJoint one{i};
-      if (joints_.slides(i) && coordinates_.relative(y + n_, i) == 0) {
+      if (joints_.slips(i) && coordinates_.relative(y + n_, i) == 0) {
         // It has started here and has not moved, or it comes to rest exactly: what acts now may hold it.
         joints_.stay(i, y);
         anyChanges = true;
-      } else if (joints_.slides(i)) {
-        if (joints_.slideDue(i, y + n_) <= 0) continue;
+      } else if (joints_.slips(i)) {
+        if (joints_.slipPastRest(i, y + n_) <= 0) continue;
         anyChanges = true;
         if (i == arrived) arrival_ = {i, joints_.direction(i), located.slope};
         one.release = -joints_.direction(i);
@@ -122,18 +122,19 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
     if (isClosed_ && anyChanges) passDeadCentres(t, y);
     // To hold all resting joints takes more near a pose in which they let no motion pass, and energy.
     constexpr double rounding = 1e-10, any = std::numeric_limits<double>::infinity();
-    mechanics_->settle(t, y, rounding);
+    mechanics_->snapPrescribed(t, y, rounding);
     decide(t, y);
     if (!isClosed_) return;
     do {
       // Those that stick take the others with them.
       const auto moves = [&](int joint) { return !joints_.isAtRest(joint, y + n_); };
-      if (std::any_of(joints_.stuck().begin(), joints_.stuck().end(), moves)) mechanics_->settle(t, y, any);
+      if (std::any_of(joints_.stuck().begin(), joints_.stuck().end(), moves))
+        mechanics_->snapPrescribed(t, y, any);
     } while (followRates(t, y));
   }
 
  private:
-  /// Call it when joints stick or slide otherwise.
+  /// Call it when joints stick or slip otherwise.
   void take() { mechanics_->forget(joints_.take()); }
   /// True if a joint that comes to rest with this |q̈| is likely to go on the other way at once.
   bool mayPass(int joint, double slope) const {
@@ -147,7 +148,7 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
     const double friction = joints_.friction(joint);
     const double more = direction * answer.moments[joint] + friction;
     const double after = direction * coordinates_.relative(answer.accelerations, joint);
-    yield_[joint] = joints_.slides(joint) ? (slope + after) / (2 * friction) : slope / more;
+    yield_[joint] = joints_.slips(joint) ? (slope + after) / (2 * friction) : slope / more;
     arrival_.joint = -1;
   }
   /// In a closed chain a joint may come to rest in a dead centre, where nothing in it can hold it: those that
@@ -155,19 +156,19 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
   void passDeadCentres(double t, const double* y) {
     if (joints_.stuck().empty() || !mechanics_->isStretched(t, y)) return;
     for (RestingJoint& one : atRest_) {
-      if (one.release == 0 || joints_.slides(one.joint)) continue;
+      if (one.release == 0 || joints_.slips(one.joint)) continue;
       one.direction = one.release;
       joints_.start(one.joint, one.direction);
     }
     take();
   }
-  /// The joints that start against the rates that they have slide as they move, until they rest again.
+  /// The joints that start against the rates that they have slip as they move, until they rest again.
   /// Returns false if there are none; else decides for the others.
   bool followRates(double t, const double* y) {
     const std::size_t before = atRest_.size();
     const auto isAgainst = [&](const RestingJoint& one) {
-      if (!joints_.slides(one.joint) || joints_.slideDue(one.joint, y + n_) <= 0) return false;
-      joints_.slide(one.joint, y + n_);
+      if (!joints_.slips(one.joint) || joints_.slipPastRest(one.joint, y + n_) <= 0) return false;
+      joints_.slip(one.joint, y + n_);
       return true;
     };
     atRest_.erase(std::remove_if(atRest_.begin(), atRest_.end(), isAgainst), atRest_.end());
@@ -186,7 +187,7 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
     const double* moments = mechanics_->answer(t, y).moments;
     for (const RestingJoint& one : atRest_) {
       // Any other that bears too much is due at once.
-      if (one.isHeld && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
+      if (one.mustStick && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
     }
   }
   /// Loosens one of the stuck joints, if they leave the motion undetermined.
@@ -194,7 +195,7 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
     if (!mechanics_->isStretched(t_, y_)) return;
     for (std::size_t k = 0; k < atRest_.size(); ++k) {
       const int joint = atRest_[k].joint;
-      if (joints_.slides(joint)) continue;
+      if (joints_.slips(joint)) continue;
       if (loosen(k)) {
         atRest_ = others_;
         return;
@@ -256,7 +257,7 @@ class Friction : public Effect, public Coupler, public Events, private RestingCh
   bool isClosed_;
   int n_;
   StickSlip joints_, remembered_;
-  SlidingEvents sliding_;
+  SlipEvents slips_;
   StuckEvents stuck_;
   Mechanics* mechanics_ = nullptr;
   Eigen::ArrayXd yield_;  ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown

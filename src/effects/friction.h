@@ -2,11 +2,11 @@
 
 /// Dry friction in joints, without smoothing.
 ///
-///     slides    μ = −c sign(q̇)                  P_d = c |q̇|
+///     slips     μ = −c sign(q̇)                  P_d = c |q̇|
 ///     sticks    q̈ = 0, |μ| ≤ breakaway torque   P_d = 0
 ///
 /// A joint that sticks is prescribed (recursion/general.h), so μ comes out, and its angle keeps every bit.
-/// The integrator lands where q̇ of a sliding joint passes 0, and where μ of a stuck one passes its breakaway
+/// The integrator lands where q̇ of a slipping joint passes 0, and where μ of a stuck one passes its breakaway
 /// torque.
 ///
 /// Three parts: stick_slip.h is the state machine, complementarity.h decides which of several joints at rest

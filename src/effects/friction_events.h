@@ -1,6 +1,6 @@
 #pragma once
 
-/// The event functions of dry friction: a sliding joint comes to rest, a loose one slides, a stuck one breaks
+/// The event functions of dry friction: a slipping joint comes to rest, a loose one slips, a stuck one breaks
 /// loose.
 
 #include <algorithm>
@@ -10,15 +10,15 @@
 
 namespace planar_chain {
 
-/// One function of each joint of the chain: how far a sliding one is past its rest, and how far a loose one
-/// has come to slide, rad/s.
-class SlidingEvents final : public ode::EventFunctions {
+/// One function of each joint of the chain: how far a slipping one is past its rest, and how far a loose one
+/// has come to slip, rad/s.
+class SlipEvents final : public ode::EventFunctions {
  public:
-  SlidingEvents(const StickSlip& joints, int n) : joints_(joints), n_(n) {}
+  SlipEvents(const StickSlip& joints, int n) : joints_(joints), n_(n) {}
 
   int most() const override { return n_; }
   void values(double /*t*/, const double* y, double* g) const override {
-    joints_.findSlidesDue(y + n_, g);
+    joints_.findSlipPastRest(y + n_, g);
     for (const int i : joints_.loose()) g[i] = joints_.looseDue(i, y + n_);
   }
   void noise(double /*t*/, const double* y, double* of) const override {
@@ -28,7 +28,7 @@ class SlidingEvents final : public ode::EventFunctions {
   }
   bool haveSlopes() const override { return true; }
   void slopes(double /*t*/, const double* y, const double* accelerations, double* slope) const override {
-    joints_.findSlidesSlope(accelerations, slope);
+    joints_.findSlipSlope(accelerations, slope);
     for (const int i : joints_.loose()) slope[i] = joints_.looseSlope(i, y + n_, accelerations);
   }
 
@@ -53,13 +53,13 @@ class StuckEvents final : public ode::EventFunctions {
       *g++ = -moments[i] - joints_.limit(i);
     }
   }
-  /// Where |μ| reaches the torque of sliding, f bends and does not jump: a delay δ changes a rate by δ²
+  /// Where |μ| reaches the torque of sliding, f has a kink and does not jump: a delay δ changes a rate by δ²
   /// alone. So a share of the breakaway torque far above rounding is enough, or half of the band.
   void noise(double /*t*/, const double* /*y*/, double* of) const override {
-    constexpr double ofJump = 1e-11, ofBend = 1e-8;
+    constexpr double ofJump = 1e-11, ofKink = 1e-8;
     for (const int i : joints_.stuck()) {
       const double most = joints_.breakaway(i), band = joints_.limit(i) - most;
-      of = std::fill_n(of, 2, joints_.hasBreakaway() ? ofJump * most : std::max(ofBend * most, band / 2));
+      of = std::fill_n(of, 2, joints_.hasBreakaway() ? ofJump * most : std::max(ofKink * most, band / 2));
     }
   }
 

@@ -23,9 +23,9 @@ void requireBodies(const Scene& scene) {
   }
 }
 
-class Loads : public TimedTerms {
+class LoadEffect : public TimedTerms {
  public:
-  explicit Loads(const Scene& scene)
+  explicit LoadEffect(const Scene& scene)
       : TimedTerms(scene.chain.coordinates(), scene.loads.size(), scene.loads.size()), loads_(scene.loads) {
     requireBodies(scene);
   }
@@ -110,7 +110,7 @@ class LoadsKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    return scene.loads.empty() ? nullptr : std::make_unique<Loads>(scene);
+    return scene.loads.empty() ? nullptr : std::make_unique<LoadEffect>(scene);
   }
 
   /// Steady torques in joints, and nothing else.

@@ -56,7 +56,7 @@ double Springs::sumOver(std::size_t count, Term term) const {
   return sum;
 }
 
-Springs::Springs(const Chain& chain, const Arrangement* lanes) {
+Springs::Springs(const Chain& chain, const LaneOrder* lanes) {
   bool dissipates = false;
   std::size_t end = 0;
   for (std::size_t i = 0; i < chain.joints().size(); ++i) {
@@ -146,7 +146,7 @@ class SpringEffect : public Effect, public InLanes {
     inOrder_.addTorques(at.theta, at.omega, tau);
   }
   InLanes* inLanes() override { return this; }
-  void arrange(const Arrangement* lanes) override { inLanes_ = Springs(chain_, lanes); }
+  void takeLaneOrder(const LaneOrder* lanes) override { inLanes_ = Springs(chain_, lanes); }
   Powers applyInLanes(const double* theta, const double* omega, double* N) override {
     return {0, inLanes_.apply(theta, omega, N)};
   }

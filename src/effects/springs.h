@@ -5,12 +5,12 @@
 ///     τ_i = −k_i (q_i − q0_i) − d_i q̇_i                q_i = θ_i − θ_{i−1}
 ///
 /// Flat arrays from the first joint that has either to the last one, with 0 for what is missing between; or
-/// all places of an arrangement, where the inner body stands a row before.
+/// all places of a lane order, where the inner body stands a row before.
 
 #include <vector>
 
 #include "effects/effect_kind.h"
-#include "lanes/arrangement.h"
+#include "lanes/lane_order.h"
 #include "planar_chain/chain.h"
 
 namespace planar_chain {
@@ -18,7 +18,7 @@ namespace planar_chain {
 class Springs {
  public:
   /// All that comes and goes is in chain order, or in that of `lanes`.
-  explicit Springs(const Chain& chain, const Arrangement* lanes = nullptr);
+  explicit Springs(const Chain& chain, const LaneOrder* lanes = nullptr);
 
   bool empty() const { return k_.empty(); }
   /// True if there is a damper.

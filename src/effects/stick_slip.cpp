@@ -15,22 +15,22 @@ constexpr double never = -1e300;  // rad/s: no rate exceeds it
 /// The share of the tolerance that a joint held by its band may miss. With 1, a chain of many joints would
 /// miss the tolerance together; with 1e-4, rounding decides in chains of a hundred links at 1e-6.
 constexpr double accuracy = 0.01;
-/// The same where c Y is below `weak` tolerances a second: a thousand such joints stick and slide with less.
+/// The same where c Y is below `weak` tolerances a second: a thousand such joints stick and slip with less.
 constexpr double accuracyOfWeak = 0.1, weak = 1e4;
 /// A start with so many times what the band or rounding may hide is no error of the torque. With 10, joints
-/// of open chains stick and slide by turns. Without a bound, errors of rates in closed ones let bands grow
+/// of open chains stick and slip by turns. Without a bound, errors of rates in closed ones let bands grow
 /// until they held any torque.
 constexpr double clear = 1000;
 /// Friction that changes no rate by more than this share of the tolerance in a second is left out. Rounding
 /// of the joint's moment would decide whether it sticks.
 constexpr double negligible = 0.1;
-/// rad/s, of a slide times the chain's reach: more than the rate that the projection onto a held tip gives a
-/// joint at rest.
+/// rad/s, of a prismatic joint times the chain's reach: more than the rate that the projection onto a held
+/// tip gives a joint at rest.
 constexpr double leftOver = 1e-11;
-/// Of the inertia that a body has about its pin, with what it carries there. A point mass and a slide without
-/// mass have none of their own: they would yield without bound, and no start, however fast, would count.
-/// Larger: bands may miss more than the tolerance. Smaller: a start below this share of what friction gives
-/// at most counts as rounding.
+/// Of the inertia that a body has about its pin, with what it carries there. A point mass and a prismatic
+/// joint without mass have none of their own: they would yield without bound, and no start, however fast,
+/// would count. Larger: bands may miss more than the tolerance. Smaller: a start below this share of what
+/// friction gives at most counts as rounding.
 constexpr double leastOwn = 1e-6;
 
 /// The yield of each joint to its torque or force, as if no pin held its bodies. With a prismatic joint, a
@@ -105,25 +105,25 @@ StickSlip::Rate StickSlip::rateOf(int joint, const double* omega) const {
   return {coordinates_.relative(omega, joint), epsilon * sumOfSizes(joint, omega)};
 }
 
-double StickSlip::slideDue(int joint, const double* omega) const {
+double StickSlip::slipPastRest(int joint, const double* omega) const {
   const Rate rate = rateOf(joint, omega);
   return -direction_[joint] * rate.value - 4 * rate.rounding + never_[joint];
 }
 
-void StickSlip::findSlidesDue(const double* omega, double* to) const {
+void StickSlip::findSlipPastRest(const double* omega, double* to) const {
   Eigen::Map<Numbers> due(to, n_);
   const Eigen::Index others = n_ - 1;
   if (coordinates_.anyIsPrismatic()) {
-    for (int i = 0; i < n_; ++i) due[i] = slideDue(i, omega);
+    for (int i = 0; i < n_; ++i) due[i] = slipPastRest(i, omega);
     return;
   }
-  due[0] = slideDue(0, omega);
+  due[0] = slipPastRest(0, omega);
   const Eigen::Map<const Numbers> outer(omega + 1, others), inner(omega, others);
   due.tail(others) = -direction_.tail(others) * (outer - inner) - 4 * epsilon * (outer.abs() + inner.abs()) +
                      never_.tail(others);
 }
 
-void StickSlip::findSlidesSlope(const double* alpha, double* to) const {
+void StickSlip::findSlipSlope(const double* alpha, double* to) const {
   Eigen::Map<Numbers> slope(to, n_);
   const Eigen::Index others = n_ - 1;
   if (coordinates_.anyIsPrismatic()) {
@@ -192,7 +192,7 @@ void StickSlip::loosen(int joint, double push) {
   push_[joint] = push;
 }
 
-void StickSlip::slide(int joint, const double* omega) {
+void StickSlip::slip(int joint, const double* omega) {
   start(joint, coordinates_.relative(omega, joint) > 0 ? 1 : -1);
   startsClearly_[joint] = true;
 }
@@ -206,8 +206,8 @@ bool StickSlip::take() {
   stuck_.clear();
   loose_.clear();
   for (const int i : joints_) {
-    never_[i] = slides(i) ? 0 : never;
-    if (!slides(i)) (isLoose(i) ? loose_ : stuck_).push_back(i);
+    never_[i] = slips(i) ? 0 : never;
+    if (!slips(i)) (isLoose(i) ? loose_ : stuck_).push_back(i);
   }
   moments_ = torques().matrix();
   if (coordinates_.anyIsPrismatic()) {

@@ -2,7 +2,7 @@
 
 /// The state machine of joints with dry friction.
 ///
-///     slides    μ = −c sign(q̇)           until q̇ passes 0
+///     slips     μ = −c sign(q̇)           until q̇ passes 0
 ///     sticks    q̈ = 0                    until |μ| > breakaway torque + band
 ///     is loose  μ = 0 or ±c              until |q̇| > what rounding and the tolerance give
 ///
@@ -15,15 +15,15 @@
 ///     `rounding` × breakaway torque      rounding of |μ| alone
 ///     a / Y                              a torque that would start the joint with less than a
 ///
-/// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, of a slide times the chain's
-/// reach; and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller. (I of a
-/// point mass: stick_slip.cpp.) So what a joint misses that the band holds for T is less than a T²/2. Between
-/// long stretches that stick, ∂q̈/∂μ may be 1e8 times smaller: a joint that breaks loose there and starts with
-/// far less than a is held by a wider band. If a joint breaks loose with less than 1000 a (or 1000 roundings
-/// of q̈) and comes to rest again without its angle moving by more than rounding, its torque was not known to
-/// be larger: its band becomes four times as wide. So a joint cannot stick and slide by turns where it does
-/// not move, whatever rounding does, and bears no torque that would start it clearly. A joint that moves gets
-/// its own band back.
+/// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, of a prismatic joint times the
+/// chain's reach; and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller.
+/// (I of a point mass: stick_slip.cpp.) So what a joint misses that the band holds for T is less than a T²/2.
+/// Between long stretches that stick, ∂q̈/∂μ may be 1e8 times smaller: a joint that breaks loose there and
+/// starts with far less than a is held by a wider band. If a joint breaks loose with less than 1000 a (or
+/// 1000 roundings of q̈) and comes to rest again without its angle moving by more than rounding, its torque
+/// was not known to be larger: its band becomes four times as wide. So a joint cannot stick and slip by turns
+/// where it does not move, whatever rounding does, and bears no torque that would start it clearly. A joint
+/// that moves gets its own band back.
 ///
 /// A joint whose breakaway torque changes no rate by more than a tenth of the tolerance in a second, c Y <
 /// 0.1 tolerance/s, has no friction here: it would change the motion by less than the tolerance allows.
@@ -64,7 +64,7 @@ class StickSlip {
   const std::vector<int>& leftOut() const { return leftOut_; }
   const std::vector<int>& stuck() const { return stuck_; }
   const std::vector<int>& loose() const { return loose_; }
-  bool slides(int joint) const { return direction_[joint] != 0; }
+  bool slips(int joint) const { return direction_[joint] != 0; }
   bool isLoose(int joint) const { return isLoose_[joint]; }
   /// The sign of q̇, 0: stuck, loose, or without friction.
   double direction(int joint) const { return direction_[joint]; }
@@ -74,7 +74,7 @@ class StickSlip {
   double breakaway(int joint) const { return breakaway_[joint]; }
   /// True if a breakaway torque is larger than the friction.
   bool hasBreakaway() const { return hasBreakaway_; }
-  /// The torque of friction in each joint, N m: −c sign(q̇) of those that slide, and what loose ones bear.
+  /// The torque of friction in each joint, N m: −c sign(q̇) of those that slip, and what loose ones bear.
   auto torques() const { return -(direction_ + push_) * sliding_; }
   /// The same as moments on the bodies.
   const Eigen::VectorXd& moments() const { return moments_; }
@@ -86,19 +86,19 @@ class StickSlip {
     const int inner = coordinates_.inner(joint);
     return std::abs(x[joint]) + (inner >= 0 ? std::abs(x[inner]) : 0);
   }
-  /// How far a sliding joint is past its rest, rad/s. ≤ 0: it slides on. Far below 0 unless it slides.
-  double slideDue(int joint, const double* omega) const;
+  /// How far a slipping joint is past its rest, rad/s. ≤ 0: it slips on. Far below 0 unless it slips.
+  double slipPastRest(int joint, const double* omega) const;
   /// The same of all.
-  void findSlidesDue(const double* omega, double* due) const;
+  void findSlipPastRest(const double* omega, double* due) const;
   /// Their derivatives, but for rounding, rad/s².
-  void findSlidesSlope(const double* alpha, double* slope) const;
+  void findSlipSlope(const double* alpha, double* slope) const;
   /// True if the rate is rounding.
   bool isAtRest(int joint, const double* omega) const;
-  /// How far a loose joint has come to slide, rad/s.
+  /// How far a loose joint has come to slip, rad/s.
   double looseDue(int joint, const double* omega) const;
   /// The derivative of that, rad/s².
   double looseSlope(int joint, const double* omega, const double* alpha) const;
-  /// The least |q̇| of a loose joint that counts, rad/s, of a slide m/s.
+  /// The least |q̇| of a loose joint that counts, rad/s, of a prismatic joint m/s.
   double looseRate(int joint) const;
   /// |μ| that releases a stuck joint, N m.
   double limit(int joint) const { return breakaway_[joint] + band_[joint]; }
@@ -111,13 +111,13 @@ class StickSlip {
 
   /// Sets a joint by its rate. One at rest sticks.
   void enter(int joint, const double* y);
-  /// A sliding joint has come to rest at the state y. It sticks, or goes on the other way if passes.
+  /// A slipping joint has come to rest at the state y. It sticks, or goes on the other way if passes.
   void rest(int joint, const double* y, bool passes);
   /// A joint is exactly at rest at the state y, whether it has moved or not. It sticks.
   void stay(int joint, const double* y);
   /// Of a joint at rest: 0, it sticks; else it starts.
   void start(int joint, double direction);
-  /// All joints stick, slide and are loose as those of another chain of this kind.
+  /// All joints stick, slip and are loose as those of another chain of this kind.
   void takeFrom(const StickSlip& other) {
     direction_ = other.direction_;
     isLoose_ = other.isLoose_;
@@ -128,8 +128,8 @@ class StickSlip {
   void startWith(int joint, double start, double rounded);
   /// Of a stuck joint. push: the direction against which it bears its friction; 0: none.
   void loosen(int joint, double push);
-  /// A loose joint slides as it moves.
-  void slide(int joint, const double* omega);
+  /// A loose joint slips as it moves.
+  void slip(int joint, const double* omega);
   /// Widens the band of a stuck joint to so many times what this torque asks for.
   void holdAt(int joint, double moment, double widening);
   /// Lists the stuck and the loose joints, and sums the moments. Returns true if other joints stick than
@@ -158,10 +158,10 @@ class StickSlip {
   // Of each joint:
   Numbers sliding_, breakaway_;  ///< torques, N m
   Numbers mostYield_;            ///< Y
-  Numbers unit_;                 ///< of the tolerance: 1, or the reach, m, of a slide
+  Numbers unit_;                 ///< of the tolerance: 1, or the reach, m, of a prismatic joint
   Numbers band_;                 ///< N m
   Numbers direction_;            ///< of q̇; 0: stuck, or no friction
-  Numbers never_;                ///< 0 if it slides, else far below 0
+  Numbers never_;                ///< 0 if it slips, else far below 0
   Eigen::Array<bool, Eigen::Dynamic, 1> isLoose_, startsClearly_;
   Numbers push_;             ///< of a loose joint, else 0
   Numbers angle_;            ///< where it was at rest last, from body to body

@@ -27,9 +27,9 @@ GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool 
                           : 0),
       isMixed_(false),
       laws_(index(chain.size())),
-      arrangement_(chain.size() - leading_, inSegments ? kernel.lanes : 1) {
+      laneOrder_(chain.size() - leading_, inSegments ? kernel.lanes : 1) {
   using Arrays = simd::GeneralArrays;
-  const int n = arrangement_.bodies(), lanes = kernel_.lanes, rows = (n + lanes - 1) / lanes;
+  const int n = laneOrder_.bodies(), lanes = kernel_.lanes, rows = (n + lanes - 1) / lanes;
   const auto places = index(rows * lanes);
   for (int i = 0; i < chain.size(); ++i) isPrismatic_.push_back(chain.joints()[index(i)].isPrismatic);
   joints_.resize(places * Arrays::jointQuantities);
@@ -44,9 +44,9 @@ GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool 
     const Link& link = chain.links()[index(i)];
     bodies_.push_back({link.mass, link.inertia, link.com, link.pin});
   }
-  links_ = linksArranged(leading_ > 0 ? without(chain, leading_) : chain, arrangement_);
+  links_ = linksInLaneOrder(leading_ > 0 ? without(chain, leading_) : chain, laneOrder_);
   terms_.resize(places * Arrays::termQuantities);
-  pairs_.resize(index(arrangement_.rounds() * lanes * simd::pairQuantities));
+  pairs_.resize(index(laneOrder_.rounds() * lanes * simd::pairQuantities));
   e_.resize(places);
   F_.resize(places);
   for (auto* numbers : {&omega_, &N_, &xdd_, &moments_}) numbers->resize(places);
@@ -61,10 +61,10 @@ std::string GeneralChain::name() const {
 
 void GeneralChain::take(const JointLaw<double>* laws) {
   std::copy_n(laws, laws_.size(), laws_.begin());
-  const auto lanes = index(arrangement_.lanes()), n = index(arrangement_.bodies()), first = index(leading_);
+  const auto lanes = index(laneOrder_.lanes()), n = index(laneOrder_.bodies()), first = index(leading_);
   for (std::size_t j = 0; j < n; ++j) {
     const auto [armature, prescribed, acceleration] = numbersOf(laws[first + j]);
-    putInLane(joints_.data(), arrangement_.placeOf(j), lanes, {armature, prescribed, acceleration});
+    putInLane(joints_.data(), laneOrder_.placeOf(j), lanes, {armature, prescribed, acceleration});
   }
   bool turns = basePays_, nextIsBare = true;
   for (std::size_t j = 0; j < kinds_.size(); ++j) {
@@ -97,31 +97,31 @@ struct simd::GeneralEnds {
 namespace {
 
 /// The wrench of the base, and the force on the tip, which is returned.
-Vec2d solveEnds(const ArticulatedTerms<double>& shown, const TipTerms<double>& ofTip,
+Vec2d solveEnds(const ArticulatedTerms<double>& articulated, const TipTerms<double>& ofTip,
                 const simd::GeneralEnds& ends) {
-  setWrench(shown, ends.base, ends.forces);
+  setWrench(articulated, ends.base, ends.forces);
   if (ends.tip.rows == 0) return {};
   holdTip(ofTip, ends.base, ends.tip, ends.forces);
   return ends.forces.tip.force;
 }
 
 /// Through the joints inside of the segments.
-[[gnu::noinline]] Vec2d meetLeading(ArticulatedTerms<double> shown, TipTerms<double> ofTip,
+[[gnu::noinline]] Vec2d meetLeading(ArticulatedTerms<double> articulated, TipTerms<double> ofTip,
                                     const simd::GeneralEnds& ends, Moved<double>& pin) {
   JointTerms<double> joints[simd::mostLeading];
   Vec2d y[simd::mostLeading];
   for (int i = ends.leading; i-- > 0;) {
-    const Turned<double> body = turned(ends.bodies[i], ends.e[i], ends.omega[i]);
+    const BodyPose<double> body = bodyPose(ends.bodies[i], ends.e[i], ends.omega[i]);
     const JointNumbers<double> law = numbersOf(ends.laws[i]);
-    addBody(body, shown);
-    if (ends.F) shown.b -= ends.F[i];
-    joints[i] = passPrismatic(ends.N[i], law, ends.displaced[i].d, shown);
-    stepInwards(ends.displaced[i], shown);
+    addBody(body, articulated);
+    if (ends.F) articulated.b -= ends.F[i];
+    joints[i] = passPrismatic(ends.N[i], law, ends.displaced[i].d, articulated);
+    stepInwards(ends.displaced[i], articulated);
     ofTip.addBody(body.P, body.ww);
     y[i] = ofTip.passPrismatic(joints[i], law, ends.displaced[i].d);
     ofTip.stepInwards(ends.displaced[i]);
   }
-  const Vec2d tipForce = solveEnds(shown, ofTip, ends);
+  const Vec2d tipForce = solveEnds(articulated, ofTip, ends);
   pin = ends.base;
   for (int i = 0; i < ends.leading; ++i) {
     const JointNumbers<double> law = numbersOf(ends.laws[i]);
@@ -134,34 +134,34 @@ Vec2d solveEnds(const ArticulatedTerms<double>& shown, const TipTerms<double>& o
 
 }  // namespace
 
-Vec2d simd::meet(const ArticulatedTerms<double>& shown, const TipTerms<double>& ofTip,
+Vec2d simd::meet(const ArticulatedTerms<double>& articulated, const TipTerms<double>& ofTip,
                  const GeneralEnds& ends, Moved<double>& pin) {
-  if (ends.leading > 0) return meetLeading(shown, ofTip, ends, pin);
+  if (ends.leading > 0) return meetLeading(articulated, ofTip, ends, pin);
   pin = ends.base;
-  return solveEnds(shown, ofTip, ends);
+  return solveEnds(articulated, ofTip, ends);
 }
 
-void GeneralChain::arrange(const Outside& outside, const double* omega,
-                           const Displacement<double>* displaced) {
-  arrangement_.arrange(outside.e + leading_, e_.data());
-  arrangement_.arrange(omega + leading_, omega_.data());
-  arrangement_.arrange(outside.N + leading_, N_.data());
-  if (outside.F) arrangement_.arrange(outside.F + leading_, F_.data());
+void GeneralChain::toLaneOrder(const Loads& external, const double* omega,
+                               const Displacement<double>* displaced) {
+  laneOrder_.toLaneOrder(external.e + leading_, e_.data());
+  laneOrder_.toLaneOrder(omega + leading_, omega_.data());
+  laneOrder_.toLaneOrder(external.N + leading_, N_.data());
+  if (external.F) laneOrder_.toLaneOrder(external.F + leading_, F_.data());
   if (!isMixed_) return;
-  for (std::size_t j = 0; j < index(arrangement_.bodies()); ++j) {
+  for (std::size_t j = 0; j < index(laneOrder_.bodies()); ++j) {
     const std::size_t i = index(leading_) + j;
     const auto& [d, S, gamma] = displaced[i];
     if (!isPrismatic_[i]) continue;
-    putInLane(displaced_.data(), arrangement_.placeOf(j), index(arrangement_.lanes()),
+    putInLane(displaced_.data(), laneOrder_.placeOf(j), index(laneOrder_.lanes()),
               {1, d.x, d.y, S.x, S.y, gamma.x, gamma.y});
   }
 }
 
-inline void GeneralChain::run(simd::GeneralRun simd::GeneralKernel::*kind, const Outside& outside,
+inline void GeneralChain::run(simd::GeneralRun simd::GeneralKernel::*kind, const Loads& external,
                               const double* theta, const double* omega, const Displacement<double>* displaced,
                               double turning, const simd::GeneralResults& to) {
-  const simd::GeneralArrays arrays{arrangement_.bodies(),
-                                   arrangement_.steps(),
+  const simd::GeneralArrays arrays{laneOrder_.bodies(),
+                                   laneOrder_.steps(),
                                    links_.data(),
                                    joints_.data(),
                                    kinds_.data(),
@@ -169,30 +169,30 @@ inline void GeneralChain::run(simd::GeneralRun simd::GeneralKernel::*kind, const
                                    isMixed_ ? displaced_.data() : nullptr,
                                    terms_.data(),
                                    pairs_.data()};
-  if (!isCut()) return (kernel_.generalLinks.*kind)(arrays, outside, theta, omega, turning, to);
-  if (theta) kernel_.rotations(theta, &outside.e->c, arrangement_.bodies() + leading_);
-  arrange(outside, omega, displaced);
+  if (!isCut()) return (kernel_.generalLinks.*kind)(arrays, external, theta, omega, turning, to);
+  if (theta) kernel_.rotations(theta, &external.e->c, laneOrder_.bodies() + leading_);
+  toLaneOrder(external, omega, displaced);
   (kernel_.generalSegments.*kind)(arrays,
-                                  {e_.data(), N_.data(), outside.F ? F_.data() : nullptr, outside.ground},
+                                  {e_.data(), N_.data(), external.F ? F_.data() : nullptr, external.ground},
                                   nullptr, omega_.data(), turning, {xdd_.data(), moments_.data(), to.ends});
-  arrangement_.restore(xdd_.data(), to.xdd + leading_);
-  arrangement_.restore(moments_.data(), to.moments + leading_);
+  laneOrder_.toChainOrder(xdd_.data(), to.xdd + leading_);
+  laneOrder_.toChainOrder(moments_.data(), to.moments + leading_);
 }
 
-void GeneralChain::accelerations(const Outside& outside, const double* theta, const double* omega,
+void GeneralChain::accelerations(const Loads& external, const double* theta, const double* omega,
                                  const Displacement<double>* displaced, double turning,
                                  const Tip<double>& tip, double* xdd, double* moments,
                                  EndForces<double>& ends) {
   using simd::GeneralKernel;
   if (tip.rows == 0 && !basePays_ && leading_ == 0) {
-    return run(&GeneralKernel::plain, outside, theta, omega, displaced, turning, {xdd, moments, nullptr});
+    return run(&GeneralKernel::plain, external, theta, omega, displaced, turning, {xdd, moments, nullptr});
   }
-  const simd::GeneralEnds at{leading_,  bodies_.data(), outside.e,
-                             omega,     displaced,      laws_.data(),
-                             outside.N, outside.F,      {outside.ground, turning},
-                             tip,       ends,           xdd,
+  const simd::GeneralEnds at{leading_,   bodies_.data(), external.e,
+                             omega,      displaced,      laws_.data(),
+                             external.N, external.F,     {external.ground, turning},
+                             tip,        ends,           xdd,
                              moments};
-  run(tip.rows > 0 ? &GeneralKernel::holdingTip : &GeneralKernel::withWrench, outside, theta, omega,
+  run(tip.rows > 0 ? &GeneralKernel::holdingTip : &GeneralKernel::withWrench, external, theta, omega,
       displaced, turning, {xdd, moments, &at});
 }
 

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "lanes/arrangement.h"
 #include "lanes/kernel.h"
+#include "lanes/lane_order.h"
 #include "planar_chain/chain.h"
 #include "recursion/general_recursion.h"
 #include "recursion/load_kind.h"
@@ -39,18 +39,18 @@ class GeneralChain {
 
   /// Takes the laws of all joints from now on.
   void take(const JointLaw<double>* laws);
-  /// As GeneralRecursion::accelerations(), with the moments, forces and base of `outside` and the laws of
-  /// take(). Writes outside.e, with room for ShortChain::roomFor(n) rotations; or reads it if theta, the
+  /// As GeneralRecursion::accelerations(), with the moments, forces and base of `external` and the laws of
+  /// take(). Writes external.e, with room for ShortChain::roomFor(n) rotations; or reads it if theta, the
   /// angles of the bodies, is nullptr. Writes the wrench of the base to `ends` only if basePays or the tip is
   /// held, the force on the tip only then. Allocates nothing.
-  void accelerations(const Outside& outside, const double* theta, const double* omega,
+  void accelerations(const Loads& external, const double* theta, const double* omega,
                      const Displacement<double>* displaced, double turning, const Tip<double>& tip,
                      double* xdd, double* moments, EndForces<double>& ends);
 
  private:
-  bool isCut() const { return arrangement_.lanes() > 1; }
-  void arrange(const Outside& outside, const double* omega, const Displacement<double>* displaced);
-  void run(simd::GeneralRun simd::GeneralKernel::*kind, const Outside& outside, const double* theta,
+  bool isCut() const { return laneOrder_.lanes() > 1; }
+  void toLaneOrder(const Loads& external, const double* omega, const Displacement<double>* displaced);
+  void run(simd::GeneralRun simd::GeneralKernel::*kind, const Loads& external, const double* theta,
            const double* omega, const Displacement<double>* displaced, double turning,
            const simd::GeneralResults& to);
 
@@ -61,7 +61,7 @@ class GeneralChain {
   std::vector<JointLaw<double>> laws_;
   std::vector<Body<double>> bodies_;  ///< of leading joints
   std::vector<bool> isPrismatic_;
-  Arrangement arrangement_;  ///< of one lane: link by link
+  LaneOrder laneOrder_;  ///< of one lane: link by link
   CacheLines links_, joints_, terms_, pairs_, displaced_;
   std::vector<simd::JointKind> kinds_;
   // In lane order.

@@ -30,7 +30,7 @@ template <class Real>
 /// Rows of numbers, one of each body: the bodies, turned, and their joints.
 class GeneralRows {
  public:
-  /// The first row of m, J, R; of P, ω²; of joint terms or a reply; of y of the tip.
+  /// The first row of m, J, R; of P, ω²; of joint terms or a body's outward terms; of y of the tip.
   static constexpr int bodies = 0, pins = 4, rates = 6, terms = 7, tips = 13;
   static_assert(tips + 2 == GeneralArrays::rows);
 
@@ -42,7 +42,7 @@ class GeneralRows {
   [[gnu::always_inline]] Vec2<Lane> pair(int row, std::ptrdiff_t j) const {
     return {number(row, j), number(row + 1, j)};
   }
-  [[gnu::always_inline]] Turned<Lane> body(std::ptrdiff_t j) const {
+  [[gnu::always_inline]] BodyPose<Lane> body(std::ptrdiff_t j) const {
     return {number(bodies, j), number(bodies + 1, j), pair(bodies + 2, j), P(j), ww(j)};
   }
   [[gnu::always_inline]] Vec2<Lane> P(std::ptrdiff_t j) const { return pair(pins, j); }
@@ -55,7 +55,7 @@ class GeneralRows {
     put(terms, j, joint.u.x, joint.u.y, joint.v, joint.epsilon, joint.inverseD, joint.D0);
   }
   /// Of a bare joint.
-  [[gnu::always_inline]] Reply<Lane> reply(std::ptrdiff_t j) const {
+  [[gnu::always_inline]] OutwardTerms<Lane> outwardTerms(std::ptrdiff_t j) const {
     return {pair(terms, j), P(j), number(terms + 2, j), ww(j)};
   }
   template <class... Numbers>
@@ -75,15 +75,15 @@ class GeneralRows {
 /// A bare joint and its body inwards: A and b are all that is shown.
 template <bool holdsTip>
 [[gnu::always_inline]] inline void bareInwards(Lane N, const GeneralRows& rows, int j,
-                                               ArticulatedTerms<Lane>& shown, TipTerms<Lane>& tip) {
-  const Turned<Lane> body = rows.body(j);
-  const Handle<Lane> handle = inwards<false>(body, N, shown.A, shown.b);
-  const Reply<Lane> reply = replyOf(handle, body);
-  rows.put(GeneralRows::terms, j, reply.UD.x, reply.UD.y, reply.uD);
+                                               ArticulatedTerms<Lane>& articulated, TipTerms<Lane>& tip) {
+  const BodyPose<Lane> body = rows.body(j);
+  const Factors<Lane> factors = inwards<false>(body, N, articulated.A, articulated.b);
+  const OutwardTerms<Lane> outwardTerms = outwardTermsOf(factors, body);
+  rows.put(GeneralRows::terms, j, outwardTerms.UD.x, outwardTerms.UD.y, outwardTerms.uD);
   if constexpr (holdsTip) {
     tip.addBody(body.P, body.ww);
-    const Vec2<Lane> y = tip.eta, yD = handle.inverseD * y;
-    tip.pass(y, {handle.U, {}, {}, handle.inverseD, {}}, reply.uD);
+    const Vec2<Lane> y = tip.eta, yD = factors.inverseD * y;
+    tip.pass(y, {factors.U, {}, {}, factors.inverseD, {}}, outwardTerms.uD);
     tip.eta = {};
     rows.put(GeneralRows::tips, j, yD.x, yD.y);
   }
@@ -91,42 +91,43 @@ template <bool holdsTip>
 
 /// Inwards, body by body: takes what a body shows from the rows, and adds what the way out needs.
 template <bool holdsTip, bool mayHaveForces, bool hasPrismatic>
-[[gnu::always_inline]] inline void generalLinkInwards(const GeneralArrays& arrays, const Outside& outside,
+[[gnu::always_inline]] inline void generalLinkInwards(const GeneralArrays& arrays, const Loads& external,
                                                       const GeneralRows& rows, int j,
-                                                      ArticulatedTerms<Lane>& shown, TipTerms<Lane>& tip) {
-  const Lane N(outside.N[j]);
+                                                      ArticulatedTerms<Lane>& articulated,
+                                                      TipTerms<Lane>& tip) {
+  const Lane N(external.N[j]);
   const JointKind kind = arrays.kinds[j];
   if (kind == JointKind::bare) {
-    bareInwards<holdsTip>(N, rows, j, shown, tip);
-    if (mayHaveForces && outside.F) shown.b -= vectorOf(outside.F[j]);
+    bareInwards<holdsTip>(N, rows, j, articulated, tip);
+    if (mayHaveForces && external.F) articulated.b -= vectorOf(external.F[j]);
     return;
   }
   if (hasPrismatic && kind == JointKind::carriage) {
     // Nothing inside turns, and nobody asks for the wrench of the base: A and b are enough.
     const Lane m = rows.number(GeneralRows::bodies, j);
-    shown.A.xx += m;
-    shown.A.yy += m;
-    shown.H = {};
+    articulated.A.xx += m;
+    articulated.A.yy += m;
+    articulated.H = {};
   } else {
-    const Turned<Lane> body = rows.body(j);
-    addBody(body, shown);
+    const BodyPose<Lane> body = rows.body(j);
+    addBody(body, articulated);
     if constexpr (holdsTip) tip.addBody(body.P, body.ww);
   }
-  if (mayHaveForces && outside.F) shown.b -= vectorOf(outside.F[j]);
+  if (mayHaveForces && external.F) articulated.b -= vectorOf(external.F[j]);
 
   const auto law = jointAt<Lane>(arrays.joints, j);
   Vec2<Lane> y;
   if (!hasPrismatic || kind == JointKind::revolute) {
-    const JointTerms<Lane> joint = passRevolute(N, law, shown);
+    const JointTerms<Lane> joint = passRevolute(N, law, articulated);
     rows.putJoint(j, joint);
     if constexpr (holdsTip) y = tip.passRevolute(joint, law);
   } else {
     const Displacement<Lane> by = displacementAt(arrays, j);
-    const JointTerms<Lane> joint = passPrismatic(N, law, by.d, shown);
+    const JointTerms<Lane> joint = passPrismatic(N, law, by.d, articulated);
     rows.putJoint(j, joint);
     if constexpr (holdsTip) y = tip.passPrismatic(joint, law, by.d);
     if (kind == JointKind::prismatic) {
-      stepInwards(by, shown);
+      stepInwards(by, articulated);
       if constexpr (holdsTip) tip.stepInwards(by);
     }
   }
@@ -140,9 +141,9 @@ template <bool holdsTip, bool hasPrismatic>
                                                        Moved<Lane>& at) {
   const JointKind kind = arrays.kinds[j];
   if (kind == JointKind::bare) {
-    Reply<Lane> reply = rows.reply(j);
-    if constexpr (holdsTip) reply.uD += dot(rows.pair(GeneralRows::tips, j), tipForce);
-    at.alpha = outwards(reply, at.a);
+    OutwardTerms<Lane> outwardTerms = rows.outwardTerms(j);
+    if constexpr (holdsTip) outwardTerms.uD += dot(rows.pair(GeneralRows::tips, j), tipForce);
+    at.alpha = outwards(outwardTerms, at.a);
     to.xdd[j] = at.alpha.v;
     to.moments[j] = 0;
     return;
@@ -164,36 +165,36 @@ template <bool holdsTip, bool hasPrismatic>
 enum class Ends { none, wrench, tip };
 
 template <Ends ends, bool mayHaveForces, bool hasPrismatic>
-PLANAR_CHAIN_IN_ONE_PIECE void runGeneralLinks(const GeneralArrays& given, const Outside& acting,
+PLANAR_CHAIN_IN_ONE_PIECE void runGeneralLinks(const GeneralArrays& given, const Loads& acting,
                                                const double* theta, const double* omega, double turning,
                                                GeneralResults to) {
   const GeneralArrays arrays = given;  // what they point to is no part of them
-  const Outside outside = acting;
+  const Loads external = acting;
   const GeneralRows rows(arrays.terms);
   for (int first = 0; first < arrays.n; first += laneCount) {
     const int k = first / laneCount, count = arrays.n - first;
-    double* e = &outside.e[first].c;
-    const Turned<Pack> body =
-        turned(linkAt(arrays.links, k), theta ? rotationsOfSome(theta + first, count, e) : loadRotations(e),
-               loadSome(omega + first, count));
+    double* e = &external.e[first].c;
+    const BodyPose<Pack> body =
+        bodyPose(linkAt(arrays.links, k), theta ? rotationsOfSome(theta + first, count, e) : loadRotations(e),
+                 loadSome(omega + first, count));
     rows.put(GeneralRows::bodies, first, body.m, body.J, body.R.x, body.R.y, body.P.x, body.P.y, body.ww);
   }
 
-  ArticulatedTerms<Lane> shown;
+  ArticulatedTerms<Lane> articulated;
   TipTerms<Lane> tip;
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = GeneralArrays::most - 1; j >= 0; --j) {
     if (j < arrays.n)
-      generalLinkInwards<ends == Ends::tip, mayHaveForces, hasPrismatic>(arrays, outside, rows, j, shown,
-                                                                         tip);
+      generalLinkInwards<ends == Ends::tip, mayHaveForces, hasPrismatic>(arrays, external, rows, j,
+                                                                         articulated, tip);
   }
 
-  Moved<Lane> at{vectorOf(outside.ground), Lane(turning)};
+  Moved<Lane> at{vectorOf(external.ground), Lane(turning)};
   Vec2<Lane> tipForce;
   if constexpr (ends != Ends::none) {
     Moved<double> moved;
     const TipTerms<double> ofTip = ends == Ends::tip ? numbersOf(tip) : TipTerms<double>{};
-    tipForce = vectorOf(meet(numbersOf(shown), ofTip, *to.ends, moved));
+    tipForce = vectorOf(meet(numbersOf(articulated), ofTip, *to.ends, moved));
   }
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = 0; j < GeneralArrays::most; ++j) {
@@ -204,13 +205,13 @@ PLANAR_CHAIN_IN_ONE_PIECE void runGeneralLinks(const GeneralArrays& given, const
 
 /// Joints of both kinds only if arrays.displaced is given.
 template <Ends ends>
-void generalLinks(const GeneralArrays& arrays, const Outside& outside, const double* theta,
+void generalLinks(const GeneralArrays& arrays, const Loads& external, const double* theta,
                   const double* omega, double turning, GeneralResults to) {
-  const bool isPlain = ends == Ends::none && !outside.F;
+  const bool isPlain = ends == Ends::none && !external.F;
   const auto run = arrays.displaced ? runGeneralLinks<ends, true, true>
                    : isPlain        ? runGeneralLinks<ends, false, false>
                                     : runGeneralLinks<ends, true, false>;
-  run(arrays, outside, theta, omega, turning, to);
+  run(arrays, external, theta, omega, turning, to);
 }
 
 }  // namespace

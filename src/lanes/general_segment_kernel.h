@@ -30,17 +30,20 @@ struct MixedJoint {
             either(ofRevolute.z, ofPrismatic.z)};
   }
   [[gnu::always_inline]] JointTerms<Pack> pass(Pack N, const JointNumbers<Pack>& law,
-                                               ArticulatedTerms<Pack>& shown) const {
-    ArticulatedTerms<Pack> slid = shown;
-    const JointTerms<Pack> turns = passRevolute(N, law, shown), slides = passPrismatic(N, law, by.d, slid);
-    shown = {{either(shown.A.xx, slid.A.xx), either(shown.A.xy, slid.A.xy), either(shown.A.yy, slid.A.yy)},
-             either(shown.b, slid.b),
-             either(shown.H, slid.H),
-             either(shown.Q, slid.Q),
-             either(shown.c, slid.c)};
-    planar_chain::stepInwards(by, shown);
-    return {either(turns.u, slides.u), either(turns.v, slides.v), either(turns.epsilon, slides.epsilon),
-            either(turns.inverseD, slides.inverseD), either(turns.D0, slides.D0)};
+                                               ArticulatedTerms<Pack>& articulated) const {
+    ArticulatedTerms<Pack> slid = articulated;
+    const JointTerms<Pack> revolute = passRevolute(N, law, articulated),
+                           prismatic = passPrismatic(N, law, by.d, slid);
+    articulated = {{either(articulated.A.xx, slid.A.xx), either(articulated.A.xy, slid.A.xy),
+                    either(articulated.A.yy, slid.A.yy)},
+                   either(articulated.b, slid.b),
+                   either(articulated.H, slid.H),
+                   either(articulated.Q, slid.Q),
+                   either(articulated.c, slid.c)};
+    planar_chain::stepInwards(by, articulated);
+    return {either(revolute.u, prismatic.u), either(revolute.v, prismatic.v),
+            either(revolute.epsilon, prismatic.epsilon), either(revolute.inverseD, prismatic.inverseD),
+            either(revolute.D0, prismatic.D0)};
   }
 };
 
@@ -85,19 +88,19 @@ struct OuterTerms {
 };
 
 struct GeneralSegment {
-  Shows<Pack> shows;
-  ShowsOfSide<Pack> constant;
+  SegmentTerms<Pack> segmentTerms;
+  SegmentSides<Pack> constant;
 
-  GeneralSegment(Vec2p d, const ArticulatedTerms<Pack>& shown, const OuterTerms& outer)
-      : shows{d, {}, {}, {outer.Gx, outer.Gy, outer.Gm}, outer.C},
-        constant{{shown.b.x, shown.b.y, shown.c}, outer.c} {
-    const auto& [A, b, H, Q, c] = shown;
-    const auto& [Gx, Gy, Gm] = shows.G;
-    shows.K = {{A.xx, A.xy, H.x}, {A.xy, A.yy, H.y}, {H.x, H.y, Q}};
-    shows.H = {{Gx.x, Gy.x, Gm.x}, {Gx.y, Gy.y, Gm.y}, {Gx.z, Gy.z, Gm.z}};
-    shows.C.y.x = outer.C.x.y;
-    shows.C.z.x = outer.C.x.z;
-    shows.C.z.y = outer.C.y.z;
+  GeneralSegment(Vec2p d, const ArticulatedTerms<Pack>& articulated, const OuterTerms& outer)
+      : segmentTerms{d, {}, {}, {outer.Gx, outer.Gy, outer.Gm}, outer.C},
+        constant{{articulated.b.x, articulated.b.y, articulated.c}, outer.c} {
+    const auto& [A, b, H, Q, c] = articulated;
+    const auto& [Gx, Gy, Gm] = segmentTerms.G;
+    segmentTerms.K = {{A.xx, A.xy, H.x}, {A.xy, A.yy, H.y}, {H.x, H.y, Q}};
+    segmentTerms.H = {{Gx.x, Gy.x, Gm.x}, {Gx.y, Gy.y, Gm.y}, {Gx.z, Gy.z, Gm.z}};
+    segmentTerms.C.y.x = outer.C.x.y;
+    segmentTerms.C.z.x = outer.C.x.z;
+    segmentTerms.C.z.y = outer.C.y.z;
   }
 
   /// Returns the moment that each segment would get from the next one if nothing but the pin between turned,
@@ -105,10 +108,10 @@ struct GeneralSegment {
   /// light last body turns fast in c_y, and if the next segment is heavy and begins with a prismatic joint,
   /// nearly all of that cancels in the join. Behind a bare revolute joint Q' is 0.
   [[gnu::always_inline]] Pack expectMoments() {
-    const Pack Q = shuffled(shows.K.z.z, Pack(), [](int s) { return s + 1; });
-    const Pack moment = Q * constant.c.z / mulAdd(Q, shows.C.z.z, Pack(1));
-    constant.c = mulAdd(-moment, shows.C.z, constant.c);
-    constant.y = mulAdd(moment, shows.H.z, constant.y);
+    const Pack Q = shuffled(segmentTerms.K.z.z, Pack(), [](int s) { return s + 1; });
+    const Pack moment = Q * constant.c.z / mulAdd(Q, segmentTerms.C.z.z, Pack(1));
+    constant.c = mulAdd(-moment, segmentTerms.C.z, constant.c);
+    constant.y = mulAdd(moment, segmentTerms.H.z, constant.y);
     constant.y.z -= shuffled(Pack(), moment, [](int s) { return laneCount - 1 + s; });
     return moment;
   }
@@ -116,28 +119,28 @@ struct GeneralSegment {
 
 template <bool hasForces, bool hasPrismatic>
 [[gnu::always_inline]] inline GeneralSegment generalInwards(const GeneralArrays& arrays,
-                                                            const Outside& outside, const double* omega) {
-  const double* e = &outside.e->c;
+                                                            const Loads& external, const double* omega) {
+  const double* e = &external.e->c;
   const Vec2p d = outerFrames(arrays.links, e, arrays.steps);
-  ArticulatedTerms<Pack> shown;
+  ArticulatedTerms<Pack> articulated;
   OuterTerms outer(d);
   for (int i = arrays.steps - 1; i >= 0; --i) {
-    const Turned<Pack> body = turned(linkAt(arrays.links, i), readRotation(e, i), read(omega, i));
+    const BodyPose<Pack> body = bodyPose(linkAt(arrays.links, i), readRotation(e, i), read(omega, i));
     const JointNumbers<Pack> law = jointAt<Pack>(arrays.joints, i);
-    const Pack N = read(outside.N, i);
-    addBody(body, shown);
-    if constexpr (hasForces) shown.b -= readVector(&outside.F->x, i);
+    const Pack N = read(external.N, i);
+    addBody(body, articulated);
+    if constexpr (hasForces) articulated.b -= readVector(&external.F->x, i);
 
     JointTerms<Pack> joint;
     Triple<Pack> y;
     if constexpr (hasPrismatic) {
       const MixedJoint mixed(arrays.displacedInLanes, i);
-      joint = mixed.pass(N, law, shown);
+      joint = mixed.pass(N, law, articulated);
       outer.addBody(body.P, body.ww);
       y = mixed.either(outer.Gm, mulAdd(mixed.by.d.x, outer.Gx, mixed.by.d.y * outer.Gy));
       outer.pass(mixed, y, joint, law);
     } else {
-      joint = passRevolute(N, law, shown);
+      joint = passRevolute(N, law, articulated);
       outer.addBody(body.P, body.ww);  // after the joint: more of the numbers stay in registers
       y = outer.Gm;
       outer.pass(y, joint, law);
@@ -147,12 +150,12 @@ template <bool hasForces, bool hasPrismatic>
     Writer{stepAt<GeneralArrays::termQuantities>(arrays.terms, i)}(
         joint.u, joint.v, joint.epsilon, joint.inverseD, joint.D0, body.P, body.ww, y);
   }
-  return {d, shown, outer};
+  return {d, articulated, outer};
 }
 
 /// What all segments together show, in ground axes. sides: b, c and c_y.
-[[gnu::always_inline]] inline ArticulatedTerms<double> shownBy(const Shows<Pack>& all,
-                                                               const ShowsOfSide<Pack>& sides) {
+[[gnu::always_inline]] inline ArticulatedTerms<double> articulatedTermsOf(const SegmentTerms<Pack>& all,
+                                                                          const SegmentSides<Pack>& sides) {
   const auto first = [](const Pack& a) { return a.v[0]; };
   const Matrix3<Pack>& K = all.K;
   return {{first(K.x.x), first(K.x.y), first(K.y.y)},
@@ -161,7 +164,8 @@ template <bool hasForces, bool hasPrismatic>
           first(K.z.z),
           first(sides.y.z)};
 }
-[[gnu::always_inline]] inline TipTerms<double> tipOf(const Shows<Pack>& all, const ShowsOfSide<Pack>& sides) {
+[[gnu::always_inline]] inline TipTerms<double> tipOf(const SegmentTerms<Pack>& all,
+                                                     const SegmentSides<Pack>& sides) {
   const auto first = [](const Pack& a) { return a.v[0]; };
   const auto vector = [&](const Vec2p& a) { return Vec2d{first(a.x), first(a.y)}; };
   const Axes axes{all.d};
@@ -181,18 +185,18 @@ template <bool hasForces, bool hasPrismatic>
 }
 
 template <Ends ends, bool hasForces, bool hasPrismatic>
-PLANAR_CHAIN_IN_ONE_PIECE void runGeneralSegments(const GeneralArrays& arrays, const Outside& outside,
+PLANAR_CHAIN_IN_ONE_PIECE void runGeneralSegments(const GeneralArrays& arrays, const Loads& external,
                                                   const double* omega, double turning, GeneralResults to) {
-  GeneralSegment segment = generalInwards<hasForces, hasPrismatic>(arrays, outside, omega);
+  GeneralSegment segment = generalInwards<hasForces, hasPrismatic>(arrays, external, omega);
   Pack expected;
   if constexpr (hasPrismatic) expected = segment.expectMoments();
-  Triple<Pack> X{Pack(outside.ground.x), Pack(outside.ground.y), Pack(turning)}, Y{};
-  const Shows<Pack> all = LinearPairs<Pack, 1>::factor(segment.shows, arrays.pairs);
-  LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y, [&](const ShowsOfSide<Pack>& sides) {
+  Triple<Pack> X{Pack(external.ground.x), Pack(external.ground.y), Pack(turning)}, Y{};
+  const SegmentTerms<Pack> all = LinearPairs<Pack, 1>::factor(segment.segmentTerms, arrays.pairs);
+  LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y, [&](const SegmentSides<Pack>& sides) {
     if constexpr (ends != Ends::none) {
       Moved<double> moved;
       const TipTerms<double> ofTip = ends == Ends::tip ? tipOf(all, sides) : TipTerms<double>{};
-      const Vec2d tipForce = meet(shownBy(all, sides), ofTip, *to.ends, moved);
+      const Vec2d tipForce = meet(articulatedTermsOf(all, sides), ofTip, *to.ends, moved);
       X = {Pack(moved.a.x), Pack(moved.a.y), Pack(moved.alpha)};
       Y = Axes{all.d}.fromGround(Triple<Pack>{Pack(-tipForce.x), Pack(-tipForce.y), Pack()});
     }
@@ -229,13 +233,13 @@ PLANAR_CHAIN_IN_ONE_PIECE void runGeneralSegments(const GeneralArrays& arrays, c
 }
 
 template <Ends ends>
-void generalSegments(const GeneralArrays& arrays, const Outside& outside, const double* /*theta*/,
+void generalSegments(const GeneralArrays& arrays, const Loads& external, const double* /*theta*/,
                      const double* omega, double turning, GeneralResults to) {
   const auto run =
       arrays.displacedInLanes
-          ? (outside.F ? runGeneralSegments<ends, true, true> : runGeneralSegments<ends, false, true>)
-          : (outside.F ? runGeneralSegments<ends, true, false> : runGeneralSegments<ends, false, false>);
-  run(arrays, outside, omega, turning, to);
+          ? (external.F ? runGeneralSegments<ends, true, true> : runGeneralSegments<ends, false, true>)
+          : (external.F ? runGeneralSegments<ends, true, false> : runGeneralSegments<ends, false, false>);
+  run(arrays, external, omega, turning, to);
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ inline Sym2<Pack> plusSymmetric(const Sym2<Pack>& A, const Square& M, const Squa
 }
 
 /// The matrices of a segment or a group, with the direction d of its last link.
-struct Handles {
+struct SegmentMatrices {
   Vec2p d;
   Sym2<Pack> A, C;
   Vec2p b, c;
@@ -131,17 +131,17 @@ class JoinedPair<0> {};
 template <int size>
 class JoinedPair {
  public:
-  explicit JoinedPair(const Handles& all) {
+  explicit JoinedPair(const SegmentMatrices& all) {
     const auto inner = [](const auto& a) { return mapped(a, toInner<size>); };
     const auto outer = [](const auto& a) { return mapped(a, toOuter<size>); };
     d_ = inner(all.d);
     G_ = inner(all.G);
     C_ = inner(all.C);
     c_ = inner(all.c);
-    Handles pair;
+    SegmentMatrices pair;
     pair.d = outer(all.d);
 
-    // The outer group's inner handle, in the axes of the pin between.
+    // The outer group's inner matrices, in the axes of the pin between.
     const Sym2<Pack> given = outer(all.A);
     const Vec2p x = given * d_, y = given * perp(d_);
     const Sym2<Pack> A{dot(d_, x), dot(d_, y), dot(perp(d_), y)};

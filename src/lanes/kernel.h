@@ -24,14 +24,14 @@ class SeriesLoads {
 
 namespace simd {
 
-/// Arrays of `steps` × `lanes` numbers a quantity, in the order of an Arrangement: see arrangement.h.
+/// Arrays of `steps` × `lanes` numbers a quantity, in the order of a LaneOrder: see lane_order.h.
 struct SegmentArrays {
   static constexpr int linkQuantities = 6;    ///< m, I, r, p
-  static constexpr int handleQuantities = 8;  ///< U/D, u/D, ω², P, g/D
+  static constexpr int factorQuantities = 8;  ///< U/D, u/D, ω², P, g/D
   static constexpr int pinQuantities = 4;     ///< a of the inner pin, F in the outer one
   int steps;
   const double* links;
-  double* handles;
+  double* factors;
 };
 
 /// The recursion link by link, with sines and cosines; see short_chain.h.
@@ -40,7 +40,7 @@ struct ShortChains {
   static constexpr int linkQuantities = SegmentArrays::linkQuantities;
   /// links: body k·lanes + l in lane l of block k; for two links see twoInLanes(). For the other arguments
   /// see ShortChain::derivative.
-  using Run = void (*)(const double* links, const Outside& outside, const double* y, double* dydt);
+  using Run = void (*)(const double* links, const Loads& external, const double* y, double* dydt);
 
   int lanes;
   Run (*runFor)(int n, LoadKind acting);
@@ -80,8 +80,8 @@ struct GeneralEnds;
 /// The most joints inside of the segments.
 constexpr int mostLeading = ShortChains::most;
 /// Solves for the force on the tip, which is returned, and for the motion of the pin that shows this.
-Vec2d meet(const ArticulatedTerms<double>& shown, const TipTerms<double>& ofTip, const GeneralEnds& ends,
-           Moved<double>& pin);
+Vec2d meet(const ArticulatedTerms<double>& articulated, const TipTerms<double>& ofTip,
+           const GeneralEnds& ends, Moved<double>& pin);
 
 /// Results. ends: nullptr if nobody asks for them.
 struct GeneralResults {
@@ -90,7 +90,7 @@ struct GeneralResults {
 };
 
 /// theta: angles of the bodies, or nullptr if e is given, as it is in segments.
-using GeneralRun = void (*)(const GeneralArrays& arrays, const Outside& outside, const double* theta,
+using GeneralRun = void (*)(const GeneralArrays& arrays, const Loads& external, const double* theta,
                             const double* omega, double turning, GeneralResults to);
 
 /// For chains without ends, with the wrench of the base, and with a held tip, which alone pays for it.
@@ -115,7 +115,7 @@ struct LinearArrays {
   Steps<6> state;       ///< k, d, ω, α, P, which a solve reads
   Steps<5> masses;      ///< R, m, J, κ
   Steps<9> inward;      ///< for the way in of a solve: 1/D, U_R, M_v, M_q, E_v, E_q
-  Steps<3> handles;     ///< for both ways out: U_L/D, k̂/D; of linearize(), a
+  Steps<3> factors;     ///< for both ways out: U_L/D, k̂/D; of linearize(), a
   Steps<3> outward;     ///< for the last way out: t/D
   Steps<1> sweeps;      ///< ε/D, which the way in stores
   double* pairs;        ///< the pairs of segments, round by round
@@ -154,7 +154,7 @@ struct SeriesCart {
   double moment;          ///< σ
   double least;           ///< Δ − σ² c_0²
   Rotation<double> turn;  ///< e times it is c + i s
-  Vec2d rail;
+  Vec2d axis;
 };
 
 /// Storage of a series. `rows` has, for each order, `width` first factors of the products and as many second
@@ -174,7 +174,7 @@ struct SeriesArrays {
 
 /// c: row k of 2n numbers is order k of θ and ω. Row 0 and order 0 of e are input. N and F are of order 0,
 /// and nullptr if nothing acts. `loads` may be nullptr.
-using SeriesRun = void (*)(const SeriesArrays& arrays, int order, const Outside& outside, SeriesLoads* loads,
+using SeriesRun = void (*)(const SeriesArrays& arrays, int order, const Loads& external, SeriesLoads* loads,
                            double* c);
 
 /// Taylor steps of as many chains of equal length as there are lanes. Every number of these arrays stands

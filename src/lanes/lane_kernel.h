@@ -64,48 +64,49 @@ inline double* stepAt(double* first, int i) {
 }
 
 template <bool hasMoments, bool hasForces>
-inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
-                           const double* F) {
+inline SegmentMatrices inwardsOver(const SegmentArrays& arrays, const double* e, const double* omega,
+                                   const double* N, const double* F) {
   Sym2<Pack> A, C;
   Vec2p b, c;
   const Vec2p d = outerFrames(arrays.links, e, arrays.steps);
   Vec2p Gx{d.x, -d.y}, Gy{d.y, d.x};  // rows of G
   for (int i = arrays.steps - 1; i >= 0; --i) {
-    const Turned<Pack> body = turned(linkAt(arrays.links, i), readRotation(e, i), read(omega, i));
+    const BodyPose<Pack> body = bodyPose(linkAt(arrays.links, i), readRotation(e, i), read(omega, i));
     const Vec2p P = body.P;
     Pack moment;
     if constexpr (hasMoments) moment = read(N, i);
-    const Handle<Pack> handle = inwards<false>(body, moment, A, b);
+    const Factors<Pack> factors = inwards<false>(body, moment, A, b);
     if constexpr (hasForces) {
       b -= readVector(F, i);
     }
 
     const Vec2p g = mulAdd(P.x, Gy, -P.y * Gx);  // Gᵀ iP
     const Vec2p GP = mulAdd(P.x, Gx, P.y * Gy);  // Gᵀ P
-    const Vec2p gD = handle.inverseD * g;
+    const Vec2p gD = factors.inverseD * g;
     C = {mulAdd(g.x, gD.x, C.xx), mulAdd(g.x, gD.y, C.xy), mulAdd(g.y, gD.y, C.yy)};
-    c = mulAdd(handle.u, gD, mulAdd(-body.ww, GP, c));
-    Gx = mulAdd(-handle.U.x, gD, Gx);
-    Gy = mulAdd(-handle.U.y, gD, Gy);
+    c = mulAdd(factors.u, gD, mulAdd(-body.ww, GP, c));
+    Gx = mulAdd(-factors.U.x, gD, Gx);
+    Gy = mulAdd(-factors.U.y, gD, Gy);
     if (i % stepsPerFlush == 0) {
       Gx = mapped(Gx, flush);
       Gy = mapped(Gy, flush);
     }
 
-    const Reply<Pack> reply = replyOf(handle, body);
-    Writer{stepAt<SegmentArrays::handleQuantities>(arrays.handles, i)}(reply.UD, reply.uD, reply.ww, P, gD);
+    const OutwardTerms<Pack> outwardTerms = outwardTermsOf(factors, body);
+    Writer{stepAt<SegmentArrays::factorQuantities>(arrays.factors, i)}(outwardTerms.UD, outwardTerms.uD,
+                                                                       outwardTerms.ww, P, gD);
   }
   return {d, A, C, b, c, {Gx, Gy}};
 }
 
 inline void outwardsOver(const SegmentArrays& arrays, Vec2p a, Vec2p force, double* alpha) {
   for (int i = 0; i < arrays.steps; ++i) {
-    Reply<Pack> reply;
+    OutwardTerms<Pack> outwardTerms;
     Vec2p gD;
-    Reader{stepAt<SegmentArrays::handleQuantities>(arrays.handles, i)}(reply.UD, reply.uD, reply.ww, reply.P,
-                                                                       gD);
-    reply.uD -= dot(gD, force);
-    outwards(reply, a).store(stepAt<1>(alpha, i));
+    Reader{stepAt<SegmentArrays::factorQuantities>(arrays.factors, i)}(outwardTerms.UD, outwardTerms.uD,
+                                                                       outwardTerms.ww, outwardTerms.P, gD);
+    outwardTerms.uD -= dot(gD, force);
+    outwards(outwardTerms, a).store(stepAt<1>(alpha, i));
   }
 }
 

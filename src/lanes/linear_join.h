@@ -100,12 +100,12 @@ inline Matrix3<Scalar> mapped(const Matrix3<Scalar>& A, F f) {
 
 /// K, H, G, C of a segment, with its last link's direction; and y, c for a right-hand side.
 template <class Scalar>
-struct Shows {
+struct SegmentTerms {
   Vec2p d;
   Matrix3<Scalar> K, H, G, C;
 };
 template <class Scalar>
-struct ShowsOfSide {
+struct SegmentSides {
   Triple<Scalar> y, c;
 };
 
@@ -122,7 +122,7 @@ struct LinearPairs {
   }
 
   /// Returns what all together show.
-  static Shows<Scalar> factor(const Shows<Scalar>& all, double* kept) {
+  static SegmentTerms<Scalar> factor(const SegmentTerms<Scalar>& all, double* kept) {
     if constexpr (size == laneCount) {
       return all;
     } else {
@@ -134,7 +134,7 @@ struct LinearPairs {
       const Matrix3<Scalar> S = inverseOfOnePlus(outerK * C);
       const Matrix3<Scalar> SK = S * outerK, SKH = SK * H, SG = S * outerG;
 
-      Shows<Scalar> pair;
+      SegmentTerms<Scalar> pair;
       pair.d = outer(all.d);
       pair.K = mulAdd(G, SKH, inner(all.K));
       pair.G = G * SG;
@@ -150,13 +150,13 @@ struct LinearPairs {
   }
 
   /// Turns X at the chain's inner joint and Y at its outer one into those of each lane's segment.
-  static void solve(const ShowsOfSide<Scalar>& all, const double* kept, Triple<Scalar>& X,
+  static void solve(const SegmentSides<Scalar>& all, const double* kept, Triple<Scalar>& X,
                     Triple<Scalar>& Y) {
-    solve(all, kept, X, Y, [](const ShowsOfSide<Scalar>&) {});
+    solve(all, kept, X, Y, [](const SegmentSides<Scalar>&) {});
   }
   /// meet: sets X and Y, given the sides of all together.
   template <class Meet>
-  static void solve(const ShowsOfSide<Scalar>& all, const double* kept, Triple<Scalar>& X, Triple<Scalar>& Y,
+  static void solve(const SegmentSides<Scalar>& all, const double* kept, Triple<Scalar>& X, Triple<Scalar>& Y,
                     const Meet& meet) {
     if constexpr (size == laneCount) {
       meet(all);

@@ -27,7 +27,7 @@ inline BodyAt<PartOf<Scalar>> bodyAt(const LinearArrays& arrays, int i) {
   return body;
 }
 
-/// κ. First outwards, with inner pins of the segments that do not accelerate: `handles` gets the
+/// κ. First outwards, with inner pins of the segments that do not accelerate: `factors` gets the
 /// accelerations of the pins until the next factorization. Then inwards from the tip of each segment.
 template <class Real>
 void linearizeAll(const LinearArrays& arrays, LinearState given, Vec2d ground) {
@@ -47,7 +47,7 @@ void linearizeAll(const LinearArrays& arrays, LinearState given, Vec2d ground) {
     double* state = at<Real>(arrays.state, i) + LinearArrays::jointQuantities * lanes;
     Writer{state}(body.omega, body.alpha, body.P);
     Writer{at<Real>(arrays.masses, i)}(body.R, body.m, body.J);
-    Writer{at<Real>(arrays.handles, i)}(a);
+    Writer{at<Real>(arrays.factors, i)}(a);
 
     mass += body.m;
     force += body.m * accelerationAt(body, a, body.R);
@@ -61,7 +61,7 @@ void linearizeAll(const LinearArrays& arrays, LinearState given, Vec2d ground) {
 
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const auto body = bodyAt<Real>(arrays, i);
-    Reader{at<Real>(arrays.handles, i)}(a);
+    Reader{at<Real>(arrays.factors, i)}(a);
     a += start;
     Real kappa = mulAdd(-body.m, dot(body.R, a), -dot(body.P, outer));
     if (given.XF) kappa += read<Real>(given.XF, i);
@@ -78,27 +78,29 @@ Axes outerAxes(const LinearArrays& arrays) {
   return {unit(bodyAt<Pack>(arrays, arrays.steps - 1).P)};
 }
 
-/// The handle that the ways out read: U_L/D and k̂/D.
+/// The factors that the ways out read: U_L/D and k̂/D.
 template <class Scalar>
-inline LinearHandle<Scalar> outwardHandle(const LinearArrays& arrays, int i) {
-  LinearHandle<Scalar> handle;
-  Reader{at<Scalar>(arrays.handles, i)}(handle.ULD, handle.kD);
-  return handle;
+inline LinearFactors<Scalar> outwardFactors(const LinearArrays& arrays, int i) {
+  LinearFactors<Scalar> factors;
+  Reader{at<Scalar>(arrays.factors, i)}(factors.ULD, factors.kD);
+  return factors;
 }
 
-/// The handle that the way in reads, or computes again from `shown`, which belongs to the bodies beyond.
+/// The factors that the way in reads, or computes again from `articulated`, which belongs to the bodies
+/// beyond.
 template <class Scalar, bool keepsAll>
-inline LinearHandle<Scalar> inwardHandle(const LinearArrays& arrays, int i,
-                                         const BodyAt<PartOf<Scalar>>& body, Scalar s, Shown<Scalar>& shown) {
-  if constexpr (!keepsAll) return eliminate(body, s, shown);
-  LinearHandle<Scalar> handle;
-  Reader{at<Scalar>(arrays.inward, i)}(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev,
-                                       handle.Eq);
-  return handle;
+inline LinearFactors<Scalar> inwardFactors(const LinearArrays& arrays, int i,
+                                           const BodyAt<PartOf<Scalar>>& body, Scalar s,
+                                           LinearArticulatedTerms<Scalar>& articulated) {
+  if constexpr (!keepsAll) return eliminate(body, s, articulated);
+  LinearFactors<Scalar> factors;
+  Reader{at<Scalar>(arrays.inward, i)}(factors.inverseD, factors.UR, factors.Mv, factors.Mq, factors.Ev,
+                                       factors.Eq);
+  return factors;
 }
 
-/// A factorization on its way in. It takes a few steps at a time: first `shown`, then G, then H and C. All of
-/// them together would not fit into a CPU's registers.
+/// A factorization on its way in. It takes a few steps at a time: first `articulated`, then G, then H and C.
+/// All of them together would not fit into a CPU's registers.
 template <class Scalar, bool keepsAll>
 class Factorization {
  public:
@@ -113,7 +115,7 @@ class Factorization {
 
   /// Steps last − 1 … first.
   void go(int first, int last) {
-    shown_ = eliminateBodies(first, last, shown_);
+    articulated_ = eliminateBodies(first, last, articulated_);
     if constexpr (!isOneLane<Scalar>) {
       G_ = carryG(first, last, G_);
       carryH(first, last);
@@ -122,10 +124,12 @@ class Factorization {
     }
   }
 
-  Shows<Scalar> shows() const {
-    const Matrix2<Scalar>& B = shown_.B;
+  SegmentTerms<Scalar> segmentTerms() const {
+    const Matrix2<Scalar>& B = articulated_.B;
     return {axes_.d,
-            {{B.xx, B.xy, shown_.h.x}, {B.yx, B.yy, shown_.h.y}, {shown_.p.x, shown_.p.y, shown_.q}},
+            {{B.xx, B.xy, articulated_.h.x},
+             {B.yx, B.yy, articulated_.h.y},
+             {articulated_.p.x, articulated_.p.y, articulated_.q}},
             {{H_.x.x, H_.y.x, H_.z.x}, {H_.x.y, H_.y.y, H_.z.y}, {H_.x.z, H_.y.z, H_.z.z}},
             G_,
             C_};
@@ -133,19 +137,20 @@ class Factorization {
 
  private:
   // By value, so that they stay in registers.
-  Shown<Scalar> eliminateBodies(int first, int last, Shown<Scalar> shown) {
+  LinearArticulatedTerms<Scalar> eliminateBodies(int first, int last,
+                                                 LinearArticulatedTerms<Scalar> articulated) {
     for (int i = last - 1; i >= first; --i) {
-      const LinearHandle<Scalar> handle = eliminate(bodyAt<Scalar>(arrays_, i), s_, shown);
-      Writer{at<Scalar>(arrays_.handles, i)}(handle.ULD, handle.kD);
+      const LinearFactors<Scalar> factors = eliminate(bodyAt<Scalar>(arrays_, i), s_, articulated);
+      Writer{at<Scalar>(arrays_.factors, i)}(factors.ULD, factors.kD);
       if constexpr (keepsAll) {
-        Writer{at<Scalar>(arrays_.inward, i)}(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev,
-                                              handle.Eq);
+        Writer{at<Scalar>(arrays_.inward, i)}(factors.inverseD, factors.UR, factors.Mv, factors.Mq,
+                                              factors.Ev, factors.Eq);
       } else {
-        inverseD_[i - first] = handle.inverseD;
-        UR_[i - first] = handle.UR;
+        inverseD_[i - first] = factors.inverseD;
+        UR_[i - first] = factors.UR;
       }
     }
-    return shown;
+    return articulated;
   }
 
   /// t = −Gᵀ(iP, 1), G ← G + (U_R, −k̂ …) tᵀ/D
@@ -167,10 +172,10 @@ class Factorization {
     Matrix3<Scalar> H = H_, C = C_;
     for (int i = last - 1; i >= first; --i) {
       const auto body = bodyAt<Scalar>(arrays_, i);
-      const LinearHandle<Scalar> handle = outwardHandle<Scalar>(arrays_, i);
+      const LinearFactors<Scalar> factors = outwardFactors<Scalar>(arrays_, i);
       const Vec2<Scalar> zP = turnScale(turnOf(body, s_), body.P);
       const Triple<Scalar> eta = mulAdd(zP.x, H.x, mulAdd(zP.y, H.y, H.z));
-      H = {mulAdd(-handle.ULD.x, eta, H.x), mulAdd(-handle.ULD.y, eta, H.y), handle.kD * eta};
+      H = {mulAdd(-factors.ULD.x, eta, H.x), mulAdd(-factors.ULD.y, eta, H.y), factors.kD * eta};
       Triple<Scalar> tD;
       Reader{at<Scalar>(arrays_.outward, i)}(tD);
       C = {mulAdd(-eta.x, tD, C.x), mulAdd(-eta.y, tD, C.y), mulAdd(-eta.z, tD, C.z)};
@@ -182,7 +187,7 @@ class Factorization {
   const LinearArrays& arrays_;
   Scalar s_;
   Axes axes_;
-  Shown<Scalar> shown_;
+  LinearArticulatedTerms<Scalar> articulated_;
   Scalar inverseD_[keepsAll ? 1 : stepsPerFlush];  ///< of the steps in hand, where they are not kept
   Vec2<Scalar> UR_[keepsAll ? 1 : stepsPerFlush];
   Matrix3<Scalar> G_, C_;
@@ -195,7 +200,8 @@ PLANAR_CHAIN_IN_ONE_PIECE void factorAll(const LinearArrays& arrays, const doubl
   for (int last = arrays.steps; last > 0; last -= stepsPerFlush) {
     factorization.go(std::max(0, last - stepsPerFlush), last);
   }
-  if constexpr (!isOneLane<Scalar>) LinearPairs<Scalar, 1>::factor(factorization.shows(), arrays.pairs);
+  if constexpr (!isOneLane<Scalar>)
+    LinearPairs<Scalar, 1>::factor(factorization.segmentTerms(), arrays.pairs);
 }
 
 /// [ρ_q; ρ_v].
@@ -209,30 +215,30 @@ inline Triple<Scalar> carryInwards(const LinearArrays& arrays, Scalar s, Side si
   const Scalar inverseS = PartOf<Scalar>(1) / s;
   Vec2<Scalar> b;
   Scalar r{};
-  Shown<Scalar> shown;
+  LinearArticulatedTerms<Scalar> articulated;
   const int last = arrays.steps - 1;
   Scalar rho = numberAt<Scalar>(side.rhoQ, last);
   const Scalar rhoBefore = ofSegmentBefore(rho);
   for (int i = last; i >= 0; --i) {
     const Scalar rhoInner = i > 0 ? numberAt<Scalar>(side.rhoQ, i - 1) : rhoBefore;
     const auto body = bodyAt<Scalar>(arrays, i);
-    const LinearHandle<Scalar> handle = inwardHandle<Scalar, keepsAll>(arrays, i, body, s, shown);
-    Writer{at<Scalar>(arrays.sweeps, i)}(carry(body, handle, s, inverseS * rho, inverseS * (rho - rhoInner),
+    const LinearFactors<Scalar> factors = inwardFactors<Scalar, keepsAll>(arrays, i, body, s, articulated);
+    Writer{at<Scalar>(arrays.sweeps, i)}(carry(body, factors, s, inverseS * rho, inverseS * (rho - rhoInner),
                                                numberAt<Scalar>(side.rhoV, i), b, r));
     rho = rhoInner;
   }
   return {b.x, b.y, r};
 }
 
-/// Step i of the way out; `outside` is added to ε/D.
+/// Step i of the way out; `external` is added to ε/D.
 template <class Scalar>
-inline Scalar pass(const LinearArrays& arrays, int i, Scalar s, Scalar inverseS, Side side, Scalar outside,
+inline Scalar pass(const LinearArrays& arrays, int i, Scalar s, Scalar inverseS, Side side, Scalar external,
                    Moving<Scalar>& X) {
   const Scalar sigma = inverseS * numberAt<Scalar>(side.rhoQ, i);
   Scalar epsilonD;
   Reader{at<Scalar>(arrays.sweeps, i)}(epsilonD);
-  X.pass(bodyAt<Scalar>(arrays, i), outwardHandle<Scalar>(arrays, i), s, sigma,
-         numberAt<Scalar>(side.rhoV, i), outside + epsilonD);
+  X.pass(bodyAt<Scalar>(arrays, i), outwardFactors<Scalar>(arrays, i), s, sigma,
+         numberAt<Scalar>(side.rhoV, i), external + epsilonD);
   return sigma;
 }
 
@@ -253,13 +259,13 @@ inline void carryOutwards(const LinearArrays& arrays, Scalar s, Side side, const
   const Scalar inverseS = PartOf<Scalar>(1) / s;
   Moving<Scalar> X{{start.x, start.y}, start.z};
   for (int i = 0; i < arrays.steps; ++i) {
-    Scalar outside{};
+    Scalar external{};
     if constexpr (!isOneLane<Scalar>) {
       Triple<Scalar> tD;
       Reader{at<Scalar>(arrays.outward, i)}(tD);
-      outside = dot(tD, Y);
+      external = dot(tD, Y);
     }
-    const Scalar sigma = pass(arrays, i, s, inverseS, side, outside, X);
+    const Scalar sigma = pass(arrays, i, s, inverseS, side, external, X);
     write(u, i, sigma + X.parent);
     write(v, i, s * X.parent);
   }

@@ -23,7 +23,7 @@ constexpr int quantities(simd::Steps<count> LinearArrays::* /*member*/) {
 bool keepsAll(Kept kept, int places, int parts) {
   if (kept != Kept::whatFits) return kept == Kept::all;
   constexpr std::size_t cache = 2 << 20;
-  constexpr int ofNumbers = quantities(&LinearArrays::inward) + quantities(&LinearArrays::handles) +
+  constexpr int ofNumbers = quantities(&LinearArrays::inward) + quantities(&LinearArrays::factors) +
                             quantities(&LinearArrays::outward) + quantities(&LinearArrays::sweeps) +
                             LinearArrays::sideQuantities;
   const int numbers = quantities(&LinearArrays::state) + ofNumbers * parts;
@@ -46,38 +46,38 @@ template <class Scalar>
 LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, bool inSegments, const simd::Kernel* given,
                                                Kept kept)
     : LinearizedSegments(chain, kernelsOf(given ? *given : simd::kernelFor(chain.size()), inSegments),
-                         inSegments ? Arrangement(chain.size(), given) : Arrangement(chain.size(), 1),
-                         nullptr, kept) {}
+                         inSegments ? LaneOrder(chain.size(), given) : LaneOrder(chain.size(), 1), nullptr,
+                         kept) {}
 
 template <class Scalar>
 LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::LinearKernels& kernels,
-                                               const Arrangement& arrangement,
+                                               const LaneOrder& laneOrder,
                                                std::shared_ptr<SegmentsState> state, Kept kept)
-    : chain_(chain), kernels_(kernels), arrangement_(arrangement), state_(std::move(state)) {
-  const int lanes = arrangement_.lanes(), ofAll = arrangement_.places();
+    : chain_(chain), kernels_(kernels), laneOrder_(laneOrder), state_(std::move(state)) {
+  const int lanes = laneOrder_.lanes(), ofAll = laneOrder_.places();
   const bool all = keepsAll(kept, ofAll, parts<Scalar>);
   solver_ = &solverFor<Scalar>(kernels_, all);
   if (!state_) {
     const auto places = static_cast<std::size_t>(ofAll);
     state_ = std::make_shared<SegmentsState>(SegmentsState{
-        linksArranged(chain, arrangement_), CacheLines(places * quantities(&LinearArrays::state)),
+        linksInLaneOrder(chain, laneOrder_), CacheLines(places * quantities(&LinearArrays::state)),
         CacheLines(places * quantities(&LinearArrays::masses))});
   }
   const auto places = static_cast<std::size_t>(ofAll * parts<Scalar>);
   inward_ = CacheLines(all ? places * quantities(&LinearArrays::inward) : 0);
-  handles_ = CacheLines(places * quantities(&LinearArrays::handles));
+  factors_ = CacheLines(places * quantities(&LinearArrays::factors));
   outward_ = CacheLines(lanes > 1 ? places * quantities(&LinearArrays::outward) : 0);
   sweeps_ = CacheLines(places);
-  pairs_ = CacheLines(index(arrangement_.rounds() * lanes * parts<Scalar> * simd::pairQuantities));
-  arrays_ = {arrangement_.steps(),    state_->links.data(), {state_->bodies.data()},
-             {state_->masses.data()}, {inward_.data()},     {handles_.data()},
+  pairs_ = CacheLines(index(laneOrder_.rounds() * lanes * parts<Scalar> * simd::pairQuantities));
+  arrays_ = {laneOrder_.steps(),      state_->links.data(), {state_->bodies.data()},
+             {state_->masses.data()}, {inward_.data()},     {factors_.data()},
              {outward_.data()},       {sweeps_.data()},     pairs_.data()};
 }
 
 template <class Scalar>
 void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
-  const auto lanes = static_cast<std::ptrdiff_t>(arrangement_.lanes());
-  for (int place = 0; place < arrangement_.places(); ++place) {
+  const auto lanes = static_cast<std::ptrdiff_t>(laneOrder_.lanes());
+  for (int place = 0; place < laneOrder_.places(); ++place) {
     double* joint =
         state_->bodies.data() + place / lanes * quantities(&LinearArrays::state) * lanes + place % lanes;
     joint[0] = k[place];

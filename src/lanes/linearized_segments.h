@@ -30,8 +30,8 @@
 #include <complex>
 #include <memory>
 
-#include "lanes/arrangement.h"
 #include "lanes/kernel.h"
+#include "lanes/lane_order.h"
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
 #include "simd/cache_lines.h"
@@ -62,10 +62,10 @@ class LinearizedSegments {
   /// Another factorization at the state of `other`: that one is linearized for both.
   template <class Other>
   explicit LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept = Kept::whatFits)
-      : LinearizedSegments(other.chain_, other.kernels_, other.arrangement_, other.state_, kept) {}
+      : LinearizedSegments(other.chain_, other.kernels_, other.laneOrder_, other.state_, kept) {}
 
   /// The order of all arrays below, places() numbers a quantity. Places beyond the end have e = 1 and zeros.
-  const Arrangement& arrangement() const { return arrangement_; }
+  const LaneOrder& laneOrder() const { return laneOrder_; }
 
   /// k (N m/rad), d (N m s/rad) of each joint, with whatever acts like a spring or damper there; 0 before.
   void setJoints(const double* k, const double* d);
@@ -82,16 +82,16 @@ class LinearizedSegments {
   template <class Other>
   friend class LinearizedSegments;
 
-  LinearizedSegments(const Chain& chain, const simd::LinearKernels& kernels, const Arrangement& arrangement,
+  LinearizedSegments(const Chain& chain, const simd::LinearKernels& kernels, const LaneOrder& laneOrder,
                      std::shared_ptr<SegmentsState> state, Kept kept);
 
   const Chain& chain_;
   const simd::LinearKernels& kernels_;
-  Arrangement arrangement_;
+  LaneOrder laneOrder_;
   const simd::LinearKernel* solver_;
   Scalar s_{};
   std::shared_ptr<SegmentsState> state_;
-  CacheLines inward_, handles_, outward_, sweeps_, pairs_;
+  CacheLines inward_, factors_, outward_, sweeps_, pairs_;
   simd::LinearArrays arrays_;  ///< all of these
 };
 

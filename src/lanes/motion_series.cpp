@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lanes/arrangement.h"
+#include "lanes/lane_order.h"
 
 namespace planar_chain {
 
@@ -49,15 +49,15 @@ void SeriesStorage::put(int j, std::size_t lane, const Link& link) {
 
 void SeriesStorage::putCart(const Chain& chain) {
   const Link &cart = chain.links()[0], &pole = chain.links()[1];
-  const Vec2d rail = chain.joints()[0].axis;
+  const Vec2d axis = chain.joints()[0].axis;
   const double mass = cart.mass + pole.mass, r = length(pole.com);
-  const Vec2d com = r > 0 ? 1 / r * pole.com : rail;
+  const Vec2d com = r > 0 ? 1 / r * pole.com : axis;
   new (links_.data()) simd::SeriesCart{mass,
                                        1 / mass,
                                        pole.mass * r,
                                        mass * pole.inertia + cart.mass * pole.mass * r * r,
-                                       {dot(rail, com), cross(rail, com)},
-                                       rail};
+                                       {dot(axis, com), cross(axis, com)},
+                                       axis};
 }
 
 MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* kernel, bool holdsTip)
@@ -82,14 +82,14 @@ bool MotionSeries::areFor(const Chain& chain) {
   return !coordinates.anyIsPrismatic() || (chain.size() == 2 && coordinates.leading() == 1);
 }
 
-void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c,
+void MotionSeries::find(int order, const Loads& external, SeriesLoads* loads, double* c,
                         const double* carry) {
   kernel_.rotations(c + leading_, &storage_.e()[leading_].c, n_ - leading_);
   for (int j = leading_; carry && j < n_; ++j) {
     Rotation<double>& e = storage_.e()[j];
     e = {e.c - carry[j] * e.s, e.s + carry[j] * e.c};
   }
-  run_(storage_.arrays(), order, outside, loads, c);
+  run_(storage_.arrays(), order, external, loads, c);
 }
 
 bool MotionSeries::areWorthwhile(int n) {

@@ -77,10 +77,10 @@ class MotionSeries {
   double cost(int order) const;
 
   /// c has rows of 2n numbers, orders 0 … `order` of θ and ω. Row 0 is read, the others are written.
-  /// `outside` has order 0 of N and F, or nullptr for none; its e is not read. `loads` computes the
+  /// `external` has order 0 of N and F, or nullptr for none; its e is not read. `loads` computes the
   /// higher orders; nullptr if nothing acts. carry: the rounding error of row 0, which the sines and
   /// cosines count. Allocates nothing.
-  void find(int order, const Outside& outside, SeriesLoads* loads, double* c, const double* carry = nullptr);
+  void find(int order, const Loads& external, SeriesLoads* loads, double* c, const double* carry = nullptr);
 
  private:
   int n_, leading_, orders_;

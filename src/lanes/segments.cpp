@@ -36,9 +36,9 @@ CacheLines linksInLanes(const Chain& chain, int lanes, int steps, int apart, int
 
 Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
     : kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
-      arrangement_(chain.size(), kernel),
-      links_(linksArranged(chain, arrangement_)),
-      handles_(index(arrangement_.places() * simd::SegmentArrays::handleQuantities)) {}
+      laneOrder_(chain.size(), kernel),
+      links_(linksInLaneOrder(chain, laneOrder_)),
+      factors_(index(laneOrder_.places() * simd::SegmentArrays::factorQuantities)) {}
 
 std::string Segments::name() const {
   return "in " + std::to_string(kernel_.lanes) + " segments side by side (" + kernel_.name + ")";
@@ -46,8 +46,8 @@ std::string Segments::name() const {
 
 void Segments::accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                              Vec2d ground, double* alpha) {
-  kernel_.segments({arrangement_.steps(), links_.data(), handles_.data()}, &e->c, omega, N,
-                   F ? &F->x : nullptr, ground, alpha);
+  kernel_.segments({laneOrder_.steps(), links_.data(), factors_.data()}, &e->c, omega, N, F ? &F->x : nullptr,
+                   ground, alpha);
 }
 
 }  // namespace planar_chain

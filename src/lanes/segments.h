@@ -37,7 +37,7 @@
 
 #include <string>
 
-#include "lanes/arrangement.h"
+#include "lanes/lane_order.h"
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
 #include "simd/cache_lines.h"
@@ -52,8 +52,8 @@ struct Kernel;
 /// end of the chain have no mass, no length, and I = 1. Allocates.
 CacheLines linksInLanes(const Chain& chain, int lanes, int steps, int apart, int next);
 /// The same for a chain cut into segments.
-inline CacheLines linksArranged(const Chain& chain, const Arrangement& arrangement) {
-  return linksInLanes(chain, arrangement.lanes(), arrangement.steps(), arrangement.steps(), 1);
+inline CacheLines linksInLaneOrder(const Chain& chain, const LaneOrder& laneOrder) {
+  return linksInLanes(chain, laneOrder.lanes(), laneOrder.steps(), laneOrder.steps(), 1);
 }
 
 /// e_j = exp(i θ_j) for n angles, rad, to about 1 ulp for any finite angle. Allocates nothing.
@@ -71,17 +71,17 @@ class Segments {
   std::string name() const;
 
   /// The order of all arguments of accelerations().
-  const Arrangement& arrangement() const { return arrangement_; }
+  const LaneOrder& laneOrder() const { return laneOrder_; }
 
-  /// As Articulated::accelerations, with places() numbers per quantity. Places beyond the end have e = 1 and
-  /// zeros. Allocates nothing.
+  /// As the recursion of articulated.h, link by link, with places() numbers per quantity. Places beyond the
+  /// end have e = 1 and zeros. Allocates nothing.
   void accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                      Vec2d ground, double* alpha);
 
  private:
   const simd::Kernel& kernel_;
-  Arrangement arrangement_;
-  CacheLines links_, handles_;
+  LaneOrder laneOrder_;
+  CacheLines links_, factors_;
 };
 
 }  // namespace planar_chain

@@ -3,9 +3,9 @@
 /// The Taylor series of a carriage and one body on it: a cart and its pole. See motion_series.h for the
 /// rules.
 ///
-/// In axes along the rail and across it, m R = σ (c, s), and the acceleration of the ground pin less gravity
-/// is (g_∥, g_⊥). With M the mass of both, f the force along the rail, X the acceleration of the cart + g_∥,
-/// and J of the body,
+/// In axes along that of the joint and across it, m R = σ (c, s), and the acceleration of the ground pin less
+/// gravity is (g_∥, g_⊥). With M the mass of both, f the force along the axis, X the acceleration of the cart
+/// + g_∥, and J of the body,
 ///
 ///     ṡ = v = ω c      ċ = −w = −ω s      M X = f + σ ẇ      J α = N + σ (s X − g_⊥ c)
 ///
@@ -31,7 +31,7 @@ class CartAndPole {
         e_(of.e),
         inverses_(of.inverses),
         c_(c),
-        along_(dot(cart_.rail, ground)) {
+        along_(dot(cart_.axis, ground)) {
     const Rotation<double> e = Rotation<double>{of.e[2], of.e[3]} * cart_.turn;
     const double sigma = cart_.moment, omega = c[3];
     const double inverse = 1 / (cart_.least + sigma * sigma * e.c * e.c), kappa = sigma * sigma * inverse;
@@ -43,7 +43,7 @@ class CartAndPole {
     ofSum_ = {Pair::Register{-ofSum, ofSum}};
     ofU_ = sumOfU_ = {Pair::Register{-ofU, ofU}};
     ofF_ = Lane(sigma * inverse);
-    ofPlace_ = {Pair::Register{cross(cart_.rail, ground) * ofSum, 0}};
+    ofPlace_ = {Pair::Register{cross(cart_.axis, ground) * ofSum, 0}};
     ofTurning_ = {Pair::Register{0, -omega * ofU}};
     moreOfTurning_ = {Pair::Register{kappa * omega * e.c, 0}};
     late_ = Pair(2 * e.c * ofTurning_.v[1]);
@@ -56,13 +56,13 @@ class CartAndPole {
 
   /// N, F: of order 0 at first; `loads` may be nullptr.
   template <bool acts>
-  [[gnu::always_inline]] void findAll(int order, const Outside& outside, SeriesLoads* loads) {
+  [[gnu::always_inline]] void findAll(int order, const Loads& external, SeriesLoads* loads) {
     const auto find = [&](int k, auto isFirst, Four sum) {
       Acting acting;
       if constexpr (acts) {
         if (loads && !isFirst) findLoads(k, loads);
-        acting = {Lane(outside.N[1]), Lane(outside.N[0])};
-        if (outside.F) acting.f += Lane(dot(cart_.rail, outside.F[0] + outside.F[1]));
+        acting = {Lane(external.N[1]), Lane(external.N[0])};
+        if (external.F) acting.f += Lane(dot(cart_.axis, external.F[0] + external.F[1]));
       }
       findOrder<acts, isFirst>(k, acting, sum);
     };
@@ -181,10 +181,10 @@ class CartAndPole {
   Lane lastF_;
 };
 
-void seriesOfCart(const SeriesArrays& of, int order, const Outside& outside, SeriesLoads* loads, double* c) {
-  CartAndPole both(of, outside.ground, c);
-  if (outside.N) return both.findAll<true>(order, outside, loads);
-  both.findAll<false>(order, outside, nullptr);
+void seriesOfCart(const SeriesArrays& of, int order, const Loads& external, SeriesLoads* loads, double* c) {
+  CartAndPole both(of, external.ground, c);
+  if (external.N) return both.findAll<true>(order, external, loads);
+  both.findAll<false>(order, external, nullptr);
 }
 
 }  // namespace

@@ -170,10 +170,10 @@ struct ActingInSeries {
   const double *N, *F, *ground;
 };
 
-template <bool isFirst, class Shape, class Loads>
+template <bool isFirst, class Shape, class FindLoads>
 [[gnu::always_inline]] inline void orderOf(Shape& shape, const SeriesArrays& of, int k,
                                            const ActingInSeries& acting, Inverse perOrder, Inverse perNext,
-                                           Loads findLoads, double* c) {
+                                           FindLoads findLoads, double* c) {
   constexpr int d = doubles<typename Shape::RealType>;
   const int n = shape.bodies();
   double* theta = c + k * 2 * n * d;
@@ -199,9 +199,9 @@ template <bool isFirst, class Shape, class Loads>
 }
 
 /// findLoads(k, theta, omega) writes order k > 0 of N and F.
-template <class Shape, class Loads>
+template <class Shape, class FindLoads>
 [[gnu::always_inline]] inline void allOrders(const SeriesArrays& of, int order, const ActingInSeries& acting,
-                                             Loads findLoads, double* c) {
+                                             FindLoads findLoads, double* c) {
   using Real = typename Shape::RealType;
   Shape shape(of, pairAt<Real>(acting.ground, 0), c + of.n * doubles<Real>);
   Inverse perOrder(2);
@@ -214,8 +214,8 @@ template <class Shape, class Loads>
 }
 
 template <class Shape>
-void seriesOf(const SeriesArrays& of, int order, const Outside& outside, SeriesLoads* loads, double* c) {
-  const ActingInSeries acting{outside.N, outside.F ? &outside.F->x : nullptr, &outside.ground.x};
+void seriesOf(const SeriesArrays& of, int order, const Loads& external, SeriesLoads* loads, double* c) {
+  const ActingInSeries acting{external.N, external.F ? &external.F->x : nullptr, &external.ground.x};
   const auto findLoads = [loads](int k, const double* /*theta*/, const double* /*omega*/) {
     if (loads) loads->findOrder(k);
   };

@@ -166,9 +166,9 @@ class One {
   Pair lastTurned_, turned_, nextTurned_;     ///< of orders k − 1, k and k + 1
 };
 
-void seriesOfOne(const SeriesArrays& of, int order, const Outside& outside, SeriesLoads* loads, double* c) {
-  One one(of, outside.ground, c);
-  if (outside.N) return one.findAll<true>(order, outside.N, loads);
+void seriesOfOne(const SeriesArrays& of, int order, const Loads& external, SeriesLoads* loads, double* c) {
+  One one(of, external.ground, c);
+  if (external.N) return one.findAll<true>(order, external.N, loads);
   one.findAll<false>(order, nullptr, nullptr);
 }
 

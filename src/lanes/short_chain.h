@@ -25,7 +25,7 @@ class ShortChain {
  public:
   /// The most links. Longer chains use segments.h.
   static const int most;
-  /// The length of outside.e that derivative() needs, for CPUs of up to eight lanes.
+  /// The length of external.e that derivative() needs, for CPUs of up to eight lanes.
   static int roomFor(int n) { return n + 8; }
 
   /// Uses the given kernel, or else the best of this CPU. Allocates.
@@ -34,16 +34,16 @@ class ShortChain {
   /// A description such as "link by link, written out for 5".
   std::string name() const;
 
-  /// y = [θ ω], dydt = [ω α], n numbers each. Writes outside.e, but reads it if forces act. Reads N and F if
+  /// y = [θ ω], dydt = [ω α], n numbers each. Writes external.e, but reads it if forces act. Reads N and F if
   /// they act. Allocates nothing.
-  void derivative(LoadKind acting, const Outside& outside, const double* y, double* dydt) {
-    runs_[static_cast<std::size_t>(acting)](links_.data(), outside, y, dydt);
+  void derivative(LoadKind acting, const Loads& external, const double* y, double* dydt) {
+    runs_[static_cast<std::size_t>(acting)](links_.data(), external, y, dydt);
   }
 
  private:
   int n_;
   CacheLines links_;
-  std::array<void (*)(const double* links, const Outside& outside, const double* y, double* dydt), 3> runs_;
+  std::array<void (*)(const double* links, const Loads& external, const double* y, double* dydt), 3> runs_;
 };
 
 }  // namespace planar_chain

@@ -28,13 +28,13 @@ class BodiesInLanes {
     PLANAR_CHAIN_WRITTEN_OUT
     for (int k = 0; k < blocks; ++k) {
       const int first = k * laneCount;
-      blocks_[k] =
-          turned(linkAt(links, k), rotationsFrom<acting>(first, n, y, e), loadSome(omega + first, n - first));
+      blocks_[k] = bodyPose(linkAt(links, k), rotationsFrom<acting>(first, n, y, e),
+                            loadSome(omega + first, n - first));
     }
   }
 
-  [[gnu::always_inline]] Turned<Lane> operator[](int j) const {
-    const Turned<Pack>& block = blocks_[j / laneCount];
+  [[gnu::always_inline]] BodyPose<Lane> operator[](int j) const {
+    const BodyPose<Pack>& block = blocks_[j / laneCount];
     const int s = j % laneCount;
     const auto lane = [s](const Pack& value) { return Lane(value.v[s]); };
     return {lane(block.m),
@@ -46,57 +46,58 @@ class BodiesInLanes {
 
  private:
   static constexpr int blocks = (n + laneCount - 1) / laneCount;
-  Turned<Pack> blocks_[blocks];
+  BodyPose<Pack> blocks_[blocks];
 };
 
 /// N_j and F_j if they act, else 0.
 template <LoadKind acting>
-Lane momentOn(const Outside& outside, int j) {
+Lane momentOn(const Loads& external, int j) {
   if constexpr (acting == LoadKind::nothing) return Lane(0);
-  return Lane(outside.N[j]);
+  return Lane(external.N[j]);
 }
 
 template <LoadKind acting>
-Vec2<Lane> forceOn(const Outside& outside, int j) {
+Vec2<Lane> forceOn(const Loads& external, int j) {
   if constexpr (acting != LoadKind::forces) return {};
-  return vectorOf(outside.F[j]);
+  return vectorOf(external.F[j]);
 }
 
 template <int n, LoadKind acting>
-void shortChain(const double* links, const Outside& outside, const double* y, double* __restrict dydt) {
+void shortChain(const double* links, const Loads& external, const double* y, double* __restrict dydt) {
   BodiesInLanes<n> bodies;
-  bodies.template turn<acting>(links, y, &outside.e->c);
+  bodies.template turn<acting>(links, y, &external.e->c);
 
   Sym2<Lane> A;
   Vec2<Lane> b;
-  Reply<Lane> replies[n];
+  OutwardTerms<Lane> outwardTerms[n];
   const auto inwardsOver = [&](auto isTip, int j) {
-    const Turned<Lane> body = bodies[j];
-    replies[j] = replyOf(inwards<decltype(isTip)::value>(body, momentOn<acting>(outside, j), A, b), body);
-    if constexpr (acting == LoadKind::forces) b -= forceOn<acting>(outside, j);
+    const BodyPose<Lane> body = bodies[j];
+    outwardTerms[j] =
+        outwardTermsOf(inwards<decltype(isTip)::value>(body, momentOn<acting>(external, j), A, b), body);
+    if constexpr (acting == LoadKind::forces) b -= forceOn<acting>(external, j);
   };
   inwardsOver(std::true_type{}, n - 1);
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = n - 2; j >= 0; --j) inwardsOver(std::false_type{}, j);
 
-  Vec2<Lane> a = vectorOf(outside.ground);
+  Vec2<Lane> a = vectorOf(external.ground);
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = 0; j < n; ++j) {
     dydt[j] = y[n + j];
-    dydt[n + j] = outwards(replies[j], a).v;
+    dydt[n + j] = outwards(outwardTerms[j], a).v;
   }
 }
 
-/// Two bodies in closed form: M α = f in absolute angles (formulation.md, written out). With the first
-/// moments S_1 = m_1 R_1 + m_2 P_1 and S_2 = m_2 R_2, κ = P_1·S_2 and λ = P_1×S_2
+/// Two bodies in closed form: M α = f in absolute angles (the equations of articulated.h, written out). With
+/// the first moments S_1 = m_1 R_1 + m_2 P_1 and S_2 = m_2 R_2, κ = P_1·S_2 and λ = P_1×S_2
 ///
 ///     M_11 α_1 + κ α_2 = N_1 + P_1×F_2 − S_1×a + ω_2² λ            M_11 = J_1 + m_2 |p_1|²
 ///        κ α_1 + J_2 α_2 = N_2 − S_2×a − ω_1² λ
 ///
 /// and det M = J_1 J_2 + m_2 |p_1|² I_2 + λ², where nothing cancels. Constants: see twoInLanes().
 template <LoadKind acting>
-void twoBodies(const double* links, const Outside& outside, const double* y, double* __restrict dydt) {
-  const Rotation<Pack> turn = rotationsFrom<acting>(0, 2, y, &outside.e->c);
+void twoBodies(const double* links, const Loads& external, const double* y, double* __restrict dydt) {
+  const Rotation<Pack> turn = rotationsFrom<acting>(0, 2, y, &external.e->c);
   Vec2p moments, pins;
   Reader{links + 2 * laneCount}(moments, pins);
   moments = turn * moments;
@@ -105,13 +106,13 @@ void twoBodies(const double* links, const Outside& outside, const double* y, dou
   const Vec2<Lane> S1 = vector(moments, 0), S2 = vector(moments, 1), P1 = vector(pins, 0);
   const Lane M11(links[0]), J2(links[1]), constant(links[laneCount]);
   const Lane omega1(y[2]), omega2(y[3]);
-  const Vec2<Lane> a = vectorOf(outside.ground);
+  const Vec2<Lane> a = vectorOf(external.ground);
 
   const Lane kappa = dot(P1, S2);
   const Lane lambda = cross(P1, S2);
-  Lane f1 = mulAdd(omega2 * omega2, lambda, momentOn<acting>(outside, 0) - cross(S1, a));
-  if constexpr (acting == LoadKind::forces) f1 += cross(P1, forceOn<acting>(outside, 1));
-  const Lane f2 = mulAdd(-(omega1 * omega1), lambda, momentOn<acting>(outside, 1) - cross(S2, a));
+  Lane f1 = mulAdd(omega2 * omega2, lambda, momentOn<acting>(external, 0) - cross(S1, a));
+  if constexpr (acting == LoadKind::forces) f1 += cross(P1, forceOn<acting>(external, 1));
+  const Lane f2 = mulAdd(-(omega1 * omega1), lambda, momentOn<acting>(external, 1) - cross(S2, a));
   const Lane inverse = Lane(1) / mulAdd(lambda, lambda, constant);
   dydt[0] = y[2];
   dydt[1] = y[3];

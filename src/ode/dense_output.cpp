@@ -11,20 +11,20 @@ DenseOutput::DenseOutput(SeriesSystem& f)
     : f_(f),
       n_(f.places()),
       turn_(n_),
-      bend_(n_),
+      quartic_(n_),
       increment_(2 * n_),
       restored_(f.size()),
-      bendInOrder_(restored_),
-      at_(f.arrangedSize()),
+      quarticInOrder_(restored_),
+      at_(f.sizeInLaneOrder()),
       rates_(at_),
       error_(at_),
       slope_(at_) {
   for (Accelerations& one : accelerations_) one.values = restored_;
   forgetStates();
   slope_.setZero();
-  within_ = State(f.arrangedSize());
+  within_ = State(f.sizeInLaneOrder());
   for (End* end : {&start_, &end_}) {
-    end->state = State(f.arrangedSize());
+    end->state = State(f.sizeInLaneOrder());
     end->slope = rates_;
   }
 }
@@ -62,7 +62,7 @@ void DenseOutput::take(const State& from, const State& to, Integrator* polynomia
   polynomial_ = polynomial;
   startAt(from);
   end_.state = to;
-  isBent_ = isTurnKnown_ = false;
+  isQuarticKnown_ = isTurnKnown_ = false;
   h_ = to.t - from.t;
   turn_ = (to.y.head(n_) - from.y.head(n_)) + (to.carry.head(n_) - from.carry.head(n_));
   forgetStates();
@@ -72,7 +72,7 @@ void DenseOutput::forgetStates() {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   time_ = timeRestored_ = none;
   for (Accelerations& known : accelerations_) known.t = none;
-  isBendInOrder_ = false;
+  isQuarticInOrder_ = false;
 }
 
 void DenseOutput::evaluate(End& end) const {
@@ -100,22 +100,22 @@ void DenseOutput::findRates() const {
   turn_ = (change.abs() <= rounding * (1 + size.maxCoeff())).select(byRates, turn_.array());
 }
 
-void DenseOutput::findBend() const {
-  if (isBent_) return;
-  f_.slope(middle(), arrangedAt(middle()).data(), rates_.data());
+void DenseOutput::findQuartic() const {
+  if (isQuarticKnown_) return;
+  f_.slope(middle(), inLaneOrderAt(middle()).data(), rates_.data());
   const auto v0 = start_.state.y.segment(n_, n_), v1 = end_.state.y.segment(n_, n_);
   const auto a0 = start_.rates(n_), a1 = end_.rates(n_);
-  bend_ = 8. / 3 * h_ * (1.5 * (v1 - v0) - h_ * ((a0 + a1) / 4 + rates_.segment(n_, n_)));
-  isBent_ = true;
+  quartic_ = 8. / 3 * h_ * (1.5 * (v1 - v0) - h_ * ((a0 + a1) / 4 + rates_.segment(n_, n_)));
+  isQuarticKnown_ = true;
 }
 
 const Eigen::VectorXd& DenseOutput::at(double t) const {
-  if (t != timeRestored_) f_.restore(arrangedAt(t).data(), restored_.data());
+  if (t != timeRestored_) f_.toChainOrder(inLaneOrderAt(t).data(), restored_.data());
   timeRestored_ = t;
   return restored_;
 }
 
-const Vector& DenseOutput::arrangedAt(double t) const {
+const Vector& DenseOutput::inLaneOrderAt(double t) const {
   const State &from = start_.state, &to = end_.state;
   if (t == time_) return at_;
   if (t == to.t) {
@@ -126,8 +126,8 @@ const Vector& DenseOutput::arrangedAt(double t) const {
     at_ = within_.y;
   } else {
     findRates();
-    const bool isBent = t != middle();
-    if (isBent) findBend();
+    const bool hasQuartic = t != middle();
+    if (hasQuartic) findQuartic();
     const double h = h_, s = (t - from.t) / h, s2 = s * s, s3 = s2 * s, s4 = s2 * s2, s5 = s2 * s3,
                  r = s - s2;
     // What is added to y includes what rounding left of it: from.carry, turn_, v_0, v_1, α_0, α_1, d.
@@ -147,8 +147,8 @@ const Vector& DenseOutput::arrangedAt(double t) const {
                               3 / h * r * r * (1 - 2 * s)};
     const double* terms[] = {
         from.carry.data(),        turn_.data(),           from.y.data() + n_, to.y.data() + n_,
-        start_.slope.data() + n_, end_.slope.data() + n_, bend_.data()};
-    const auto combine = simd::vectors().combine[isBent ? 6 : 5];
+        start_.slope.data() + n_, end_.slope.data() + n_, quartic_.data()};
+    const auto combine = simd::vectors().combine[hasQuartic ? 6 : 5];
     combine(1, ofAngles, terms, from.y.data(), increment_.data(), at_.data(), n_);
     terms[0] += n_;
     combine(1, ofRates, terms, from.y.data() + n_, increment_.data() + n_, at_.data() + n_, n_);
@@ -165,8 +165,8 @@ const Eigen::VectorXd& DenseOutput::accelerationsAt(double t) const {
   if (polynomial_) {
     constexpr double share = 1e-4;  // of the step: beside it, the difference has an error of 1e-8
     const double to = t + share * h_, from = t - share * h_;
-    slope_.head(n_) = arrangedAt(to).segment(n_, n_);
-    slope_.head(n_) = (slope_.head(n_) - arrangedAt(from).segment(n_, n_)) / (to - from);
+    slope_.head(n_) = inLaneOrderAt(to).segment(n_, n_);
+    slope_.head(n_) = (slope_.head(n_) - inLaneOrderAt(from).segment(n_, n_)) / (to - from);
   } else {
     findRates();
     const double h = h_, s = (t - start_.state.t) / h, s2 = s * s, s3 = s2 * s;
@@ -184,19 +184,19 @@ const Eigen::VectorXd& DenseOutput::accelerationsAt(double t) const {
   }
   next_ = (next_ + 1) % accelerations_.size();
   Accelerations& found = accelerations_[next_];
-  f_.restore(slope_.data(), found.values.data());
+  f_.toChainOrder(slope_.data(), found.values.data());
   found.t = t;
   return found.values;
 }
 
-const Eigen::VectorXd& DenseOutput::bend() const {
-  if (isBendInOrder_) return bendInOrder_;
+const Eigen::VectorXd& DenseOutput::quarticTerm() const {
+  if (isQuarticInOrder_) return quarticInOrder_;
   findRates();
-  findBend();
-  slope_.head(n_) = bend_;
-  f_.restore(slope_.data(), bendInOrder_.data());
-  isBendInOrder_ = true;
-  return bendInOrder_;
+  findQuartic();
+  slope_.head(n_) = quartic_;
+  f_.toChainOrder(slope_.data(), quarticInOrder_.data());
+  isQuarticInOrder_ = true;
+  return quarticInOrder_;
 }
 
 const Vector& DenseOutput::errorAt(double t) const {
@@ -205,10 +205,10 @@ const Vector& DenseOutput::errorAt(double t) const {
     return error_;
   }
   findRates();
-  findBend();
+  findQuartic();
   const double s = (t - start_.state.t) / h_, r = s - s * s;
-  error_.head(n_) = r * r * r * bend_;
-  error_.segment(n_, n_) = 3 / h_ * r * r * bend_;
+  error_.head(n_) = r * r * r * quartic_;
+  error_.segment(n_, n_) = 3 / h_ * r * r * quartic_;
   return error_;
 }
 
@@ -226,7 +226,7 @@ void DenseOutput::land(double t, State& state) const {
   const bool isNearEnd = t > middle();
   state = isNearEnd ? end_.state : start_.state;
   const double way = t - state.t;
-  const auto next = arrangedAt(t).head(2 * n_);
+  const auto next = inLaneOrderAt(t).head(2 * n_);
   state.carry.head(2 * n_) = (start_.state.y.head(2 * n_) - next) + increment_;
   state.y.head(2 * n_) = next;
   if (const Eigen::Index works = at_.size() - 2 * n_; works > 0 && f_.hasIntegrands()) {

@@ -39,14 +39,14 @@ class DenseOutput {
   /// True if errorAt() and land() cost little: f is known at both ends, or not needed.
   bool isKnown() const { return polynomial_ || (start_.isKnown && end_.isKnown); }
 
-  /// [θ ω] at t within the step, and the works at its start, not arranged. Valid until the next call. In the
-  /// middle d g is left out.
+  /// [θ ω] at t within the step, and the works at its start, in chain order. Valid until the next call. In
+  /// the middle d g is left out.
   const Eigen::VectorXd& at(double t) const;
   /// α at t within the step, by p'', in the order of at(). Valid for two more calls.
   const Eigen::VectorXd& accelerationsAt(double t) const;
   /// d, in the order of at(). Valid until the next take().
-  const Eigen::VectorXd& bend() const;
-  /// A bound of the error there, arranged: d g and d g'.
+  const Eigen::VectorXd& quarticTerm() const;
+  /// A bound of the error there, in lane order: d g and d g'.
   const Vector& errorAt(double t) const;
   /// Sets `state` to that at t.
   void land(double t, State& state) const;
@@ -58,25 +58,25 @@ class DenseOutput {
     bool isKnown = false;  ///< slope
     auto rates(Eigen::Index n) const { return slope.segment(n, n); }
   };
-  const Vector& arrangedAt(double t) const;
+  const Vector& inLaneOrderAt(double t) const;
   void startAt(const State& from);
   void evaluate(End& end) const;
   void findRates() const;
-  void findBend() const;
+  void findQuartic() const;
   void forgetStates();
   double middle() const { return start_.state.t + h_ / 2; }
 
   SeriesSystem& f_;
-  const Eigen::Index n_;  ///< places, arranged
+  const Eigen::Index n_;  ///< places, in lane order
   double h_ = 0;
   mutable Eigen::VectorXd turn_;      ///< of θ, from end to end
   mutable bool isTurnKnown_ = false;  ///< where it is rounding, too
   mutable End start_, end_;
-  mutable bool isBent_ = false;  ///< bend_ is known
+  mutable bool isQuarticKnown_ = false;  ///< quartic_ is known
   Integrator* polynomial_ = nullptr;
   mutable State within_;  ///< of the polynomial
-  mutable Eigen::VectorXd bend_, increment_, restored_, bendInOrder_;
-  mutable bool isBendInOrder_ = false;
+  mutable Eigen::VectorXd quartic_, increment_, restored_, quarticInOrder_;
+  mutable bool isQuarticInOrder_ = false;
   struct Accelerations {
     double t;
     Eigen::VectorXd values;

@@ -38,7 +38,7 @@
 
 namespace planar_chain::ode {
 
-/// The states within a step, not arranged. References are valid until the next call.
+/// The states within a step, in chain order. References are valid until the next call.
 class StatesWithin {
  public:
   virtual const Eigen::VectorXd& at(double t) = 0;

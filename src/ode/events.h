@@ -34,7 +34,7 @@
 
 namespace planar_chain::ode {
 
-/// Some event functions g_0 … g_{count−1}. States are not arranged: [q q̇ …].
+/// Some event functions g_0 … g_{count−1}. States are in chain order: [q q̇ …].
 class EventFunctions {
  public:
   virtual ~EventFunctions() = default;

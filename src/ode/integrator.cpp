@@ -6,23 +6,24 @@
 
 namespace planar_chain::ode {
 
-Tolerance Tolerance::arrangedBy(const System& f) const {
+Tolerance Tolerance::inLaneOrder(const System& f) const {
   Tolerance result = *this;
   const Eigen::Index others = f.size() - ceiling.size();
-  Vector all(f.size()), arranged(f.arrangedSize());
+  Vector all(f.size()), laneOrdered(f.sizeInLaneOrder());
   for (Eigen::ArrayXd* of : {&result.unit, &result.ceiling}) {
     all.head(of->size()) = *of;
-    f.arrange(all.data(), arranged.data());
-    *of = arranged.head(arranged.size() - others);
+    f.toLaneOrder(all.data(), laneOrdered.data());
+    *of = laneOrdered.head(laneOrdered.size() - others);
     *of = (*of > 0).select(*of, 1);  // f may fill gaps between components with 0
   }
   if (firstRate >= f.size()) return result;
 
-  // Rates are arranged behind the angles.
+  // In lane order the rates follow the angles.
   all.setZero();
   all.tail(f.size() - firstRate).setOnes();
-  f.arrange(all.data(), arranged.data());
-  result.firstRate = std::find(arranged.data(), arranged.data() + arranged.size(), 1.0) - arranged.data();
+  f.toLaneOrder(all.data(), laneOrdered.data());
+  result.firstRate =
+      std::find(laneOrdered.data(), laneOrdered.data() + laneOrdered.size(), 1.0) - laneOrdered.data();
   return result;
 }
 

@@ -84,8 +84,8 @@ struct Tolerance {
 
   /// True if auto expects taylor, and radau13 among the stiff methods, to be the fastest.
   bool isFine() const { return value <= 1e-5; }
-  /// The same for arranged components of f. Allocates.
-  Tolerance arrangedBy(const System& f) const;
+  /// The same for components of f in lane order. Allocates.
+  Tolerance inLaneOrder(const System& f) const;
 
   double size(const Vector& y, Eigen::Index i) const {
     return std::min(unit[i] + std::abs(y[i]), ceiling[i]);
@@ -115,8 +115,8 @@ class Integrator {
   virtual bool lookTo(State& state, double t) = 0;
   /// MethodFacts::pieces of the method of the last advance().
   virtual int pieces() const { return 1; }
-  /// Returns the largest ratio of a component of `error`, arranged, to the error that a step of h may add at
-  /// y. The last advance() may end with an error more whose norm is at most 1.
+  /// Returns the largest ratio of a component of `error`, in lane order, to the error that a step of h may
+  /// add at y. The last advance() may end with an error more whose norm is at most 1.
   virtual double errorNorm(const Vector& y, double h, const Vector& error) const = 0;
   /// The event at which the last advance() ended. Valid only after `switched`.
   virtual const LocatedEvent& event() const;

@@ -46,7 +46,7 @@ struct Integrals {
 Leap::Leap(System& f)
     : f_(f),
       n_(f.places()),
-      from_(f.arrangedSize()),
+      from_(f.sizeInLaneOrder()),
       node_(from_),
       last_(from_),
       increment_(from_.y),

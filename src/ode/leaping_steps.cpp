@@ -30,7 +30,7 @@ constexpr double atStart = 0.01;  ///< likewise: before the first point
 class LeapingSteps : public StepsOf {
  public:
   LeapingSteps(std::unique_ptr<Integrator> steps, System& f, double most)
-      : StepsOf(std::move(steps)), f_(f), most_(most), leap_(f), trial_(f.arrangedSize()) {}
+      : StepsOf(std::move(steps)), f_(f), most_(most), leap_(f), trial_(f.sizeInLaneOrder()) {}
 
   Outcome advance(State& state, double end, double longestStep) override {
     if (at_ != state.t) look(state);

@@ -19,7 +19,7 @@ class LocalStiffness {
     Vector pattern(f.size());
     pattern.setOnes();
     for (Eigen::Index i = 1; i < pattern.size(); i += 2) pattern[i] = -1;
-    f.arrange(pattern.data(), zigzag_.data());
+    f.toLaneOrder(pattern.data(), zigzag_.data());
     direction_ = zigzag_;
   }
 
@@ -52,8 +52,8 @@ class LocalStiffness {
     snapshot(calls_, eigenvalue_, counted_, least_, isLeast, noise_, direction_);
     lasting_ = isLeast ? &least_ : &eigenvalue_;
   }
-  /// Measures both at the arranged state y, by six evaluations of f. Units that the tolerance does not have
-  /// are 1.
+  /// Measures both at the state y in lane order, by six evaluations of f. Units that the tolerance does not
+  /// have are 1.
   void update(double t, const Vector& y, const Tolerance& tolerance = {}) {
     f_.slope(t, y.data(), base_.data());
     moved_.tail(works_) = y.tail(works_);
@@ -110,7 +110,7 @@ class LocalStiffness {
   double eigenvalue_ = 0, counted_ = 0;
   double least_ = std::numeric_limits<double>::infinity();  ///< eigenvalue_ since begin()
   const double* lasting_ = &eigenvalue_;                    ///< that of turningTime()
-  Vector noise_{f_.arrangedSize()}, base_ = noise_, moved_ = noise_, slope_ = noise_, direction_ = noise_;
+  Vector noise_{f_.sizeInLaneOrder()}, base_ = noise_, moved_ = noise_, slope_ = noise_, direction_ = noise_;
   Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
 };
 

@@ -45,7 +45,7 @@ std::unique_ptr<Stepper> makeStepper(const std::string& name, SeriesSystem& f, c
 
 std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f, double step,
                                        const Tolerance& inOrder) {
-  const Tolerance tolerance = inOrder.arrangedBy(f);
+  const Tolerance tolerance = inOrder.inLaneOrder(f);
   const auto stiffness = std::make_shared<LocalStiffness>(f, tolerance.works);
   if (name != "auto") {
     auto stepper = makeStepper(name, f, tolerance, stiffness);

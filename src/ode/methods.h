@@ -19,8 +19,8 @@ bool hasFixedStep(const std::string& name);
 /// True for a method that never solves with the Jacobian. False for auto, which has both kinds.
 bool isExplicit(const std::string& name);
 
-/// Makes the stepper of a method, but for auto. tolerance: arranged; that to which radau13 solves its stages,
-/// and which sets the order of taylor. Allocates.
+/// Makes the stepper of a method, but for auto. tolerance: in lane order; that to which radau13 solves its
+/// stages, and which sets the order of taylor. Allocates.
 /// @throws std::invalid_argument for any other name
 std::unique_ptr<Stepper> makeStepper(const std::string& name, SeriesSystem& f, const Tolerance& tolerance,
                                      const std::shared_ptr<LocalStiffness>& stiffness);

@@ -9,7 +9,7 @@ namespace {
 class ProjectedSteps : public StepsOf {
  public:
   ProjectedSteps(std::unique_ptr<Integrator> steps, System& f, double most)
-      : StepsOf(std::move(steps)), f_(f), most_(most), before_(f.arrangedSize()), reached_(before_.y) {}
+      : StepsOf(std::move(steps)), f_(f), most_(most), before_(f.sizeInLaneOrder()), reached_(before_.y) {}
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;

@@ -65,13 +65,13 @@ const RosenbrockTableau& ros34pw2() {
 Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
     : ImplicitStepper(table, f),
       table_(table),
-      rows_(checkedStages(table.m.size(), table.name), static_cast<std::size_t>(f.arrangedSize())),
-      m_(table.m, U_, f.arrangedSize()),
-      e_(table.e, U_, f.arrangedSize()) {
+      rows_(checkedStages(table.m.size(), table.name), static_cast<std::size_t>(f.sizeInLaneOrder())),
+      m_(table.m, U_, f.sizeInLaneOrder()),
+      e_(table.e, U_, f.sizeInLaneOrder()) {
   for (auto* rows : {&a_, &C_}) rows->reserve(U_.size());
   for (std::size_t i = 0; i < U_.size(); ++i) {
-    a_.emplace_back(table.a[i], U_, f.arrangedSize());
-    C_.emplace_back(table.C[i], U_, f.arrangedSize());
+    a_.emplace_back(table.a[i], U_, f.sizeInLaneOrder());
+    C_.emplace_back(table.C[i], U_, f.sizeInLaneOrder());
   }
   f_.reserve(0);
 }
@@ -80,7 +80,7 @@ void Rosenbrock::step(double t, double h, const Vector& y) {
   linearize(t, y);
   const bool isTimeDependent = f_.timeDerivative(timeSlope_.data());
   f_.factor(1 / (h * table_.gamma));
-  const Eigen::Index size = f_.arrangedSize();
+  const Eigen::Index size = f_.sizeInLaneOrder();
   for (std::size_t i = 0; i < U_.size(); ++i) {
     double* U = U_[i];
     if (i == 0) {

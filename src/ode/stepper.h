@@ -33,15 +33,15 @@ class Stepper {
   Stepper(const MethodFacts& facts, System& f)
       : facts_(facts),
         system_(f),
-        increment_(f.arrangedSize()),
-        error_(facts.errorOrder > 0 ? f.arrangedSize() : 0) {}
+        increment_(f.sizeInLaneOrder()),
+        error_(facts.errorOrder > 0 ? f.sizeInLaneOrder() : 0) {}
   Stepper(const Stepper&) = delete;  // methods hold pointers into themselves
   Stepper& operator=(const Stepper&) = delete;
   virtual ~Stepper() = default;
 
   const MethodFacts& facts() const { return facts_; }
   System& system() const { return system_; }
-  /// The results of the last attempt, arranged. Each call returns the same object.
+  /// The results of the last attempt, in lane order. Each call returns the same object.
   const Vector& increment() const { return increment_; }
   const Vector& error() const { return error_; }
 
@@ -98,7 +98,7 @@ class Stepper {
 class ImplicitStepper : public Stepper {
  public:
   ImplicitStepper(const MethodFacts& facts, LinearizedSystem& f)
-      : Stepper(facts, f), f_(f), startSlope_(f.arrangedSize()) {}
+      : Stepper(facts, f), f_(f), startSlope_(f.sizeInLaneOrder()) {}
   const Vector& derivative(double t, const Vector& y) override {
     linearize(t, y);
     return startSlope_;

@@ -20,7 +20,7 @@ class StepsToEvents final : public StepsOf, private StepStates {
         search_(events, f.size(), dense_.isPossible() ? f.driving() / 2 : 0),
         endsByDenseOutput_(f.positions() > 0),
         mostEvents_(1000 + 10 * f.size()),  // far more than all joints need to stick or slide
-        before_(f.arrangedSize()),
+        before_(f.sizeInLaneOrder()),
         trial_(before_),
         rates_(before_.y),
         y_(Eigen::VectorXd::Zero(f.size())),
@@ -52,7 +52,7 @@ class StepsToEvents final : public StepsOf, private StepStates {
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
-    f_.restore(before_.y.data(), y_.data());
+    f_.toChainOrder(before_.y.data(), y_.data());
     const bool hasChanged = std::exchange(hasChanged_, false);
     search_.start(before_.t, y_, hasChanged);
     if (hasChanged && search_.before().most() > 0) {
@@ -108,16 +108,16 @@ class StepsToEvents final : public StepsOf, private StepStates {
   const Eigen::VectorXd& accelerationsAt(double t) override { return dense_.accelerationsAt(t); }
   const Eigen::VectorXd* errorAt(double t) override {
     if (isExactAt(t)) return nullptr;
-    f_.restore(dense_.errorAt(t).data(), error_.data());
+    f_.toChainOrder(dense_.errorAt(t).data(), error_.data());
     return &error_;
   }
   bool make(double t, Eigen::VectorXd& y, Eigen::VectorXd& accelerations) override {
     if (!stepTo(t)) return false;
-    f_.restore(trial_.y.data(), y.data());
+    f_.toChainOrder(trial_.y.data(), y.data());
     const Eigen::Index n = f_.places();
     f_.slope(t, trial_.y.data(), rates_.data());
     rates_.head(n) = rates_.segment(n, n);  // they do not overlap
-    f_.restore(rates_.data(), accelerations.data());
+    f_.toChainOrder(rates_.data(), accelerations.data());
     return true;
   }
 
@@ -132,7 +132,7 @@ class StepsToEvents final : public StepsOf, private StepStates {
     return steps_->stepTo(trial_, t);
   }
   const Eigen::VectorXd& inOrder(const State& state) {
-    f_.restore(state.y.data(), y_.data());
+    f_.toChainOrder(state.y.data(), y_.data());
     return y_;
   }
 

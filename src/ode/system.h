@@ -2,9 +2,10 @@
 
 /// An initial value problem ẏ = f(t, y), and the state of its solution. Nothing here depends on the chain.
 ///
-/// A system may store the components in an order of its own, with additional zeros that stay 0. Such a y is
-/// called arranged. It has arrangedSize() numbers. Methods and states use only arranged vectors, so a step
-/// reorders nothing. By default both orders are the same. Only functions that say so allocate.
+/// A system may store the components in an order of its own, its lane order, with additional zeros that stay
+/// 0. It then has sizeInLaneOrder() numbers. The order of y is called chain order. Methods and states use
+/// only vectors in lane order, so a step reorders nothing. By default both orders are the same. Only
+/// functions that say so allocate.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -65,19 +66,23 @@ class System {
   /// The number of components that its conditions, see project(), leave free.
   virtual int freedoms() const { return size(); }
 
-  virtual int arrangedSize() const { return size(); }
+  virtual int sizeInLaneOrder() const { return size(); }
   /// True if both orders are the same.
-  virtual bool isArranged() const { return true; }
-  /// arrange() copies y to the arranged order, restore() copies it back. The arrays must be different ones.
-  virtual void arrange(const double* y, double* arranged) const { std::copy_n(y, size(), arranged); }
-  virtual void restore(const double* arranged, double* y) const { std::copy_n(arranged, size(), y); }
+  virtual bool hasOneOrder() const { return true; }
+  /// toLaneOrder() copies y to lane order, toChainOrder() copies it back. The arrays must be different ones.
+  virtual void toLaneOrder(const double* y, double* laneOrdered) const {
+    std::copy_n(y, size(), laneOrdered);
+  }
+  virtual void toChainOrder(const double* laneOrdered, double* y) const {
+    std::copy_n(laneOrdered, size(), y);
+  }
 
-  /// The number p of positions: the first p components of an arranged y. Their derivatives are the next p
+  /// The number p of positions: the first p components of a y in lane order. Their derivatives are the next p
   /// components, and f does not depend on the components behind. 0: unknown.
   virtual int positions() const { return 0; }
   /// The same number, also if rates() writes all derivatives.
   virtual int places() const { return positions(); }
-  /// The derivatives of all but the positions, arrangedSize() − positions() numbers, at an arranged y.
+  /// The derivatives of all but the positions, sizeInLaneOrder() − positions() numbers, at a y in lane order.
   virtual void rates(double t, const double* y, double* out) { derivative(t, y, out); }
   /// A step has ended at this state. If it differs from the last y of rates() by rounding alone, the system
   /// may move it there, and the difference to `carry`: then the next step, which begins there, is free.
@@ -88,7 +93,7 @@ class System {
   /// How independent of each other the conditions are where the last project() ended: from 1 to 0. Near 0 it
   /// falls with the square of the distance.
   virtual double margin() const { return 1; }
-  /// All derivatives, arranged, at an arranged y.
+  /// All derivatives, in lane order, at a y in lane order.
   void slope(double t, const double* y, double* out) {
     const int count = positions();
     std::copy_n(y + count, count, out);
@@ -103,7 +108,7 @@ struct LinearCosts {
   double factorComplex, solveComplex;
 };
 
-/// A system that solves equations with its Jacobian J = ∂f/∂y exactly. All vectors are arranged.
+/// A system that solves equations with its Jacobian J = ∂f/∂y exactly. All vectors are in lane order.
 class LinearizedSystem : public System {
  public:
   /// Reserves memory for one real and at least complexCount complex factorizations. Allocates.
@@ -124,7 +129,7 @@ class LinearizedSystem : public System {
   virtual void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) = 0;
 };
 
-/// A linearized system whose solution has a Taylor series. Its vectors are not arranged. The rates of the
+/// A linearized system whose solution has a Taylor series. Its vectors are in chain order. The rates of the
 /// first driving() components depend on these components and t alone. The other components are integrals:
 /// their rates depend on the first ones and t, too.
 class SeriesSystem : public LinearizedSystem {
@@ -147,8 +152,8 @@ class SeriesSystem : public LinearizedSystem {
   virtual double seriesCost(int order) const = 0;
 };
 
-/// y at t, arranged. `carry` is the rounding error of the last sum of y and an increment. The next step adds
-/// it (Kahan's summation), so rounding errors do not grow with the number of steps.
+/// y at t, in lane order. `carry` is the rounding error of the last sum of y and an increment. The next step
+/// adds it (Kahan's summation), so rounding errors do not grow with the number of steps.
 struct State {
   double t = 0;
   Vector y;
@@ -158,12 +163,12 @@ struct State {
   explicit State(Eigen::Index size) : y(size), carry(size) {}
   void saveOrRestore(Snapshot& snapshot) { snapshot(t, y, carry); }
   /// Converts y from the order of derivative(). restoredBy() converts it back. Both allocate.
-  State(const System& f, const Eigen::VectorXd& values) : State(f.arrangedSize()) {
-    f.arrange(values.data(), y.data());
+  State(const System& f, const Eigen::VectorXd& values) : State(f.sizeInLaneOrder()) {
+    f.toLaneOrder(values.data(), y.data());
   }
   Eigen::VectorXd restoredBy(const System& f) const {
     Eigen::VectorXd values(f.size());
-    f.restore(y.data(), values.data());
+    f.toChainOrder(y.data(), values.data());
     return values;
   }
 };

@@ -91,7 +91,7 @@ const Vector& Taylor::derivative(double t, const Vector& y) {
   const auto driving = f_.driving();
   std::copy_n(c_.data() + driving, driving, sum_.data());
   if (integrandRates_.size() > 0) f_.integrands(t, inOrder(y, y_), sum_.data() + driving);
-  f_.arrange(sum_.data(), derivative_.data());
+  f_.toLaneOrder(sum_.data(), derivative_.data());
   return derivative_;
 }
 
@@ -105,13 +105,13 @@ Taylor::Shares Taylor::weightsAt(double h) const {
 void Taylor::findError(const Shares& weights) {
   const auto driving = f_.driving();
   vectors_.tail(weights, c_.data() + (order_ + 1 - lookedBack) * driving, sumFor(error_).data(), driving);
-  arrangeSum(error_);
+  putInLaneOrder(error_);
 }
 
 /// Of angles and rates.
 void Taylor::findTurn(double h) {
   vectors_.polynomial(h, c_.data(), order_, sumFor(increment_).data(), f_.driving());
-  arrangeSum(increment_);
+  putInLaneOrder(increment_);
 }
 
 void Taylor::findIncrement(double t, double h, const Vector& y) {

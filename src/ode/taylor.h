@@ -73,15 +73,15 @@ class Taylor : public Stepper {
   }
   /// y in the order of the series: as it is, or in `room`.
   const double* inOrder(const Vector& y, Vector& room) const {
-    if (isArranged_) return y.data();
-    f_.restore(y.data(), room.data());
+    if (hasOneOrder_) return y.data();
+    f_.toChainOrder(y.data(), room.data());
     return room.data();
   }
-  /// Where to sum what arrangeSum() takes to `result`, with 0 for the integrals.
-  Vector& sumFor(Vector& result) { return isArranged_ ? result : sum_; }
-  void arrangeSum(Vector& result) {
+  /// Where to sum what putInLaneOrder() takes to `result`, with 0 for the integrals.
+  Vector& sumFor(Vector& result) { return hasOneOrder_ ? result : sum_; }
+  void putInLaneOrder(Vector& result) {
     sumFor(result).tail(integrandRates_.size()).setZero();
-    if (!isArranged_) f_.arrange(sum_.data(), result.data());
+    if (!hasOneOrder_) f_.toLaneOrder(sum_.data(), result.data());
   }
   Shares weightsAt(double h) const;
   void findError(const Shares& weights);
@@ -89,7 +89,7 @@ class Taylor : public Stepper {
   void findIncrement(double t, double h, const Vector& y);
 
   SeriesSystem& f_;
-  const bool isArranged_ = f_.isArranged();
+  const bool hasOneOrder_ = f_.hasOneOrder();
   int order_ = facts().order;
   double cost_;
   Eigen::MatrixX2d rule_;

@@ -49,12 +49,12 @@ Vec2d pointOf(const py::object& given, const Link& link) {
 // ---- Laws ----------------------------------------------------------------------------------------
 
 /// Points in time with one column of values for each motion.
-class Course {
+class CommandedTrajectory {
  public:
   /// values, rates and accelerations: times × columns; the last two may be None. One column may be a plain
   /// array. Faults are collected.
-  Course(double now, const py::object& times, const std::array<std::pair<const char*, py::object>, 3>& given,
-         py::ssize_t columns)
+  CommandedTrajectory(double now, const py::object& times,
+                      const std::array<std::pair<const char*, py::object>, 3>& given, py::ssize_t columns)
       : now_(now), times_(numbersOf(times, "times")) {
     double before = now;
     for (std::size_t k = 0; k < times_.size(); ++k) {
@@ -136,9 +136,10 @@ void follow(Running& self, const py::object& where, const py::object& times, con
           driven.empty() ? "a driven joint, which this scene does not have" : "a driven joint: " + driven,
           shown(where)}});
   }
-  Course course(simulation.time(), times,
-                {{{"angles", angles}, {"rates", rates}, {"accelerations", accelerations}}}, 1);
-  simulation.follow(joint, course.lead(drive->law, 0, "rad"));
+  CommandedTrajectory trajectory(simulation.time(), times,
+                                 {{{"angles", angles}, {"rates", rates}, {"accelerations", accelerations}}},
+                                 1);
+  simulation.follow(joint, trajectory.lead(drive->law, 0, "rad"));
 }
 
 void followBase(Running& self, const py::object& times, const py::object& poses, const py::object& rates,
@@ -148,10 +149,10 @@ void followBase(Running& self, const py::object& times, const py::object& poses,
     throw Refused({{"follow_base", "a scene whose base moves (the key `base`)", "one that has none"}});
   }
   const BaseLaws& present = *simulation.scene().base;
-  Course course(simulation.time(), times,
-                {{{"poses", poses}, {"rates", rates}, {"accelerations", accelerations}}}, 3);
-  simulation.followBase(
-      {course.lead(present.x, 0, "m"), course.lead(present.y, 1, "m"), course.lead(present.angle, 2, "rad")});
+  CommandedTrajectory trajectory(simulation.time(), times,
+                                 {{{"poses", poses}, {"rates", rates}, {"accelerations", accelerations}}}, 3);
+  simulation.followBase({trajectory.lead(present.x, 0, "m"), trajectory.lead(present.y, 1, "m"),
+                         trajectory.lead(present.angle, 2, "rad")});
 }
 
 }  // namespace

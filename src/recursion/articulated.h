@@ -38,21 +38,21 @@ struct Body {
 
 /// A body at its present angle and rate: the values that do not depend on its neighbours.
 template <class Real>
-struct Turned {
+struct BodyPose {
   Real m, J;  ///< J = I + m|R|²
   Vec2<Real> R, P;
   Real ww;  ///< ω²
 };
 
 template <class Real>
-inline Turned<Real> turned(const Body<Real>& body, Rotation<Real> e, Real omega) {
+inline BodyPose<Real> bodyPose(const Body<Real>& body, Rotation<Real> e, Real omega) {
   const Vec2<Real> R = e * body.r;
   return {body.m, mulAdd(body.m, dot(R, R), body.I), R, e * body.p, omega * omega};
 }
 
 /// The results of the sweep inwards for one body: U, u and 1/D.
 template <class Real>
-struct Handle {
+struct Factors {
   Vec2<Real> U;
   Real u, inverseD;
 };
@@ -60,45 +60,46 @@ struct Handle {
 /// One body of the sweep inwards. Replaces A and b of the outer pin by those of the inner pin; the caller
 /// subtracts the forces F on the body from b. For the tip, A and b are only written.
 template <bool isTip, class Real>
-[[gnu::always_inline]] inline Handle<Real> inwards(const Turned<Real>& body, Real N, Sym2<Real>& A,
-                                                   Vec2<Real>& b) {
+[[gnu::always_inline]] inline Factors<Real> inwards(const BodyPose<Real>& body, Real N, Sym2<Real>& A,
+                                                    Vec2<Real>& b) {
   const Vec2<Real> mR = body.m * body.R;
-  Handle<Real> handle{perp(mR), N, Real(1)};
+  Factors<Real> factors{perp(mR), N, Real(1)};
   Real D = body.J;
   Sym2<Real> mass{body.m, Real(0), body.m};
   Vec2<Real> beta{};
   if constexpr (!isTip) {
     const Vec2<Real> AiP = A * perp(body.P);
-    handle.U += AiP;
+    factors.U += AiP;
     D = mulAdd(body.P.x, AiP.y, mulAdd(-body.P.y, AiP.x, D));
     beta = mulAdd(-body.ww, A * body.P, b);
-    handle.u = N - dot(perp(body.P), beta);
+    factors.u = N - dot(perp(body.P), beta);
     mass = {body.m + A.xx, A.xy, body.m + A.yy};
   }
-  handle.inverseD = Real(1) / D;
-  const Vec2<Real> U = handle.U;
-  const Real minus = -handle.inverseD;
+  factors.inverseD = Real(1) / D;
+  const Vec2<Real> U = factors.U;
+  const Real minus = -factors.inverseD;
   A = {mulAdd(minus, U.x * U.x, mass.xx), mulAdd(minus, U.x * U.y, mass.xy),
        mulAdd(minus, U.y * U.y, mass.yy)};
-  b = mulAdd(handle.u * handle.inverseD, U, mulAdd(-body.ww, mR, beta));
-  return handle;
+  b = mulAdd(factors.u * factors.inverseD, U, mulAdd(-body.ww, mR, beta));
+  return factors;
 }
 
 /// The values of a body for the sweep outwards.
 template <class Real>
-struct Reply {
+struct OutwardTerms {
   Vec2<Real> UD, P;  ///< U/D, P
   Real uD, ww;       ///< u/D, ω²
 };
 
 template <class Real>
-[[gnu::always_inline]] inline Reply<Real> replyOf(const Handle<Real>& handle, const Turned<Real>& body) {
-  return {handle.inverseD * handle.U, body.P, handle.inverseD * handle.u, body.ww};
+[[gnu::always_inline]] inline OutwardTerms<Real> outwardTermsOf(const Factors<Real>& factors,
+                                                                const BodyPose<Real>& body) {
+  return {factors.inverseD * factors.U, body.P, factors.inverseD * factors.u, body.ww};
 }
 
 /// One body of the sweep outwards. Replaces a of the inner pin by that of the outer pin. Returns α.
 template <class Real>
-[[gnu::always_inline]] inline Real outwards(const Reply<Real>& body, Vec2<Real>& a) {
+[[gnu::always_inline]] inline Real outwards(const OutwardTerms<Real>& body, Vec2<Real>& a) {
   const Real alpha = mulAdd(-body.UD.x, a.x, mulAdd(-body.UD.y, a.y, body.uD));
   a = mulAdd(alpha, perp(body.P), mulAdd(-body.ww, body.P, a));
   return alpha;

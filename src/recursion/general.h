@@ -104,7 +104,7 @@ struct JointTerms {
 
 /// From the outer pin of a body to its own point. The caller subtracts the forces F on the body from b.
 template <class Real>
-[[gnu::always_inline]] inline void addBody(const Turned<Real>& body, ArticulatedTerms<Real>& to) {
+[[gnu::always_inline]] inline void addBody(const BodyPose<Real>& body, ArticulatedTerms<Real>& to) {
   const auto& [A, b, H, Q, c] = to;
   const Vec2<Real> mR = body.m * body.R, iP = perp(body.P), AiP = A * iP;
   const Vec2<Real> beta = mulAdd(-body.ww, A * body.P, b);
@@ -142,40 +142,42 @@ template <class Real>
 /// Through a revolute joint.
 template <class Real>
 [[gnu::always_inline]] inline JointTerms<Real> passRevolute(Real N, const JointNumbers<Real>& joint,
-                                                            ArticulatedTerms<Real>& shown) {
-  JointTerms<Real> terms{shown.H, {}, {}, {}, shown.Q};
+                                                            ArticulatedTerms<Real>& articulated) {
+  JointTerms<Real> terms{articulated.H, {}, {}, {}, articulated.Q};
   terms.inverseD = (Real(1) - joint.prescribed) / (terms.D0 + joint.armature + joint.prescribed);
   terms.v = mulAdd(joint.armature, terms.inverseD, joint.prescribed);
-  biasRevolute(N, joint, terms, shown.b, shown.c);
-  shown.A = less(shown.A, terms.inverseD * terms.u, terms.u);
-  shown.H = terms.v * terms.u;
-  shown.Q = terms.v * terms.D0;
+  biasRevolute(N, joint, terms, articulated.b, articulated.c);
+  articulated.A = less(articulated.A, terms.inverseD * terms.u, terms.u);
+  articulated.H = terms.v * terms.u;
+  articulated.Q = terms.v * terms.D0;
   return terms;
 }
 
 /// Through a prismatic joint, at the own point of its body.
 template <class Real>
 [[gnu::always_inline]] inline JointTerms<Real> passPrismatic(Real N, const JointNumbers<Real>& joint,
-                                                             Vec2<Real> d, ArticulatedTerms<Real>& shown) {
-  JointTerms<Real> terms{shown.A * d, dot(shown.H, d), {}, {}, {}};
+                                                             Vec2<Real> d,
+                                                             ArticulatedTerms<Real>& articulated) {
+  JointTerms<Real> terms{articulated.A * d, dot(articulated.H, d), {}, {}, {}};
   terms.D0 = dot(d, terms.u);
   terms.inverseD = (Real(1) - joint.prescribed) / (terms.D0 + joint.armature + joint.prescribed);
-  biasPrismatic(N, joint, d, terms, shown.b, shown.c);
+  biasPrismatic(N, joint, d, terms, articulated.b, articulated.c);
   const Vec2<Real> uD = terms.inverseD * terms.u;
-  shown.A = less(shown.A, uD, terms.u);
-  shown.H = mulAdd(-terms.v, uD, shown.H);
-  shown.Q = mulAdd(-terms.v * terms.inverseD, terms.v, shown.Q);
+  articulated.A = less(articulated.A, uD, terms.u);
+  articulated.H = mulAdd(-terms.v, uD, articulated.H);
+  articulated.Q = mulAdd(-terms.v * terms.inverseD, terms.v, articulated.Q);
   return terms;
 }
 
 /// From the own point of a body behind a prismatic joint to the pin inside.
 template <class Real>
-[[gnu::always_inline]] inline void stepInwards(const Displacement<Real>& by, ArticulatedTerms<Real>& shown) {
-  const Vec2<Real> iS = perp(by.S), AiS = shown.A * iS;
-  shown.b += shown.A * by.gamma;
-  shown.c += dot(shown.H, by.gamma) + dot(iS, shown.b);
-  shown.Q += dot(iS, shown.H + shown.H + AiS);
-  shown.H += AiS;
+[[gnu::always_inline]] inline void stepInwards(const Displacement<Real>& by,
+                                               ArticulatedTerms<Real>& articulated) {
+  const Vec2<Real> iS = perp(by.S), AiS = articulated.A * iS;
+  articulated.b += articulated.A * by.gamma;
+  articulated.c += dot(articulated.H, by.gamma) + dot(iS, articulated.b);
+  articulated.Q += dot(iS, articulated.H + articulated.H + AiS);
+  articulated.H += AiS;
 }
 
 /// How a point of the chain moves on the way out: its acceleration less gravity, and the angular acceleration

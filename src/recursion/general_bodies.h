@@ -28,7 +28,7 @@ struct GeneralState {
 };
 
 /// A prismatic joint.
-struct SlideAt {
+struct PrismaticAt {
   Vec2d axis, S;                      ///< direction, and displacement, m
   Vec2d force;                        ///< on its body and all outside, at the body's own point, N
   double rate = 0, acceleration = 0;  ///< ṡ, s̈
@@ -41,7 +41,7 @@ class GeneralBodies {
       : chain_(chain),
         coordinates_(chain.coordinates()),
         at_(index(chain.size())),
-        slides_(coordinates_.anyIsPrismatic() ? at_.size() : 0),
+        prismatic_(coordinates_.anyIsPrismatic() ? at_.size() : 0),
         forces_(at_.size()) {}
 
   /// Allocates nothing.
@@ -60,7 +60,7 @@ class GeneralBodies {
   std::size_t size() const { return at_.size(); }
   const BodyAt<double>& operator[](std::size_t j) const { return at_[j]; }
   /// Joint j, if it is prismatic.
-  const SlideAt& slide(std::size_t j) const { return slides_[j]; }
+  const PrismaticAt& prismatic(std::size_t j) const { return prismatic_[j]; }
   const JointLaw<double>& joint(std::size_t j) const { return joints_[j]; }
   bool isPrismatic(std::size_t j) const { return coordinates_.isPrismatic(static_cast<int>(j)); }
   const Coordinates& coordinates() const { return coordinates_; }
@@ -82,7 +82,7 @@ class GeneralBodies {
       body.d = state.d[j];
       if (isMixed && isPrismatic(j)) {
         const auto& [d, S, gamma] = state.displaced[j];
-        slides_[j] = {d, S, {}, state.rates[j], state.xdd[j]};
+        prismatic_[j] = {d, S, {}, state.rates[j], state.xdd[j]};
         moved.a = mulAdd(moved.alpha, perp(S), moved.a + gamma) + state.xdd[j] * d;
       } else {
         moved.alpha = state.xdd[j];
@@ -96,19 +96,19 @@ class GeneralBodies {
   template <bool isMixed>
   void takeInwards(const GeneralState& state, std::size_t first, std::size_t end, Vec2d& outer) {
     for (std::size_t j = end; j-- > first;) {
-      const bool isSlide = isMixed && isPrismatic(j);
+      const bool isAxial = isMixed && isPrismatic(j);
       at_[j].kappa -= dot(at_[j].P, outer);
-      if (state.XF && !isSlide) at_[j].kappa += state.XF[j];
+      if (state.XF && !isAxial) at_[j].kappa += state.XF[j];
       outer += forces_[j];
       if (state.F) outer -= state.F[j];
-      if (isSlide) slides_[j].force = outer;
+      if (isAxial) prismatic_[j].force = outer;
     }
   }
 
   const Chain& chain_;
   const Coordinates& coordinates_;
   std::vector<BodyAt<double>> at_;
-  std::vector<SlideAt> slides_;  ///< none if all joints are revolute
+  std::vector<PrismaticAt> prismatic_;  ///< none if all joints are revolute
   std::vector<Vec2d> forces_;
   const JointLaw<double>* joints_ = nullptr;
   Tip<double> tip_;

@@ -60,19 +60,19 @@ class GeneralFactors {
       : bodies_(bodies),
         tangents_(tangents),
         carriages_(basePays ? 0 : index(bodies.coordinates().leading())),
-        handles_(bodies.size()),
-        slid_(isMixed ? bodies.size() : 0),
+        factors_(bodies.size()),
+        prismaticFactors_(isMixed ? bodies.size() : 0),
         tips_(holdsTip ? bodies.size() : 0) {}
 
   void factor(Scalar s) {
     s_ = s;
     overS_ = 1.0 / s;
-    LinearTerms<Scalar, kinds> shown;
+    LinearTerms<Scalar, kinds> articulated;
     for (std::size_t j = bodies_.size(); j-- > carriages_;) {
-      const Sums sums = addBody(j, shown);
-      slides(j) ? passPrismatic(j, sums, shown) : passRevolute(j, sums, shown);
+      const Sums sums = addBody(j, articulated);
+      isPrismatic(j) ? passPrismatic(j, sums, articulated) : passRevolute(j, sums, articulated);
     }
-    for (std::size_t j = isMixed ? carriages_ : 0; j-- > 0;) passCarriage(j, shown);
+    for (std::size_t j = isMixed ? carriages_ : 0; j-- > 0;) passCarriage(j, articulated);
     if (!tips_.empty()) sweepTip();
   }
 
@@ -80,14 +80,14 @@ class GeneralFactors {
   using Motion = PerMotion<Vec2<Scalar>, kinds>;
   /// Of a body, and its joint if it is revolute. over: 1/D, kD: k̂/D; 0 and 1 if the joint is prescribed.
   /// turn: ε/D, or w; of a prismatic joint ε/D, or g.
-  struct Handle {
+  struct BodyFactors {
     Scalar Mv, Mq, Dm, over, kD;
     Vec2<Scalar> Ev, Eq, UR;
     Motion ULD, p;
     Scalar q, turn;
   };
-  /// Of a prismatic joint. The handle has U, V_k/D, V_k, and E and M with the terms of σ and ρ_v.
-  struct Slid {
+  /// Of a prismatic joint. The factors have U, V_k/D, V_k, and E and M with the terms of σ and ρ_v.
+  struct PrismaticFactors {
     Vec2<Scalar> ofRate, ofPlace;        ///< b' changes with −ρ_s and σ_s
     Scalar momentOfRate, momentOfPlace;  ///< and r'
     Scalar f, v, vD, u, D0;
@@ -99,7 +99,7 @@ class GeneralFactors {
     Vec2<Scalar> e, eD, g, Ev, Eq, ofRate, ofPlace, eta;
   };
 
-  bool slides(std::size_t j) const { return isMixed && bodies_.isPrismatic(j); }
+  bool isPrismatic(std::size_t j) const { return isMixed && bodies_.isPrismatic(j); }
   static Vec2<Scalar> sum(const PerMotion<Matrix2<Scalar>, kinds>& M, const Motion& y) {
     Vec2<Scalar> total;
     for (std::size_t k = 0; k < kinds; ++k) total += M[k].times(y[k], Vec2<Scalar>{});
@@ -115,10 +115,10 @@ class GeneralFactors {
   const ForceTangent* tangents_;
   std::size_t carriages_;  ///< the first joints, prismatic, inside of which nothing turns
   Scalar s_{}, overS_{};   ///< s, 1/s
-  std::vector<Handle> handles_;
-  std::vector<Slid> slid_;   ///< if a joint is prismatic
-  std::vector<AtTip> tips_;  ///< if the tip is ever held
-  Matrix2<Scalar> C_, G_;    ///< by the base
+  std::vector<BodyFactors> factors_;
+  std::vector<PrismaticFactors> prismaticFactors_;  ///< if a joint is prismatic
+  std::vector<AtTip> tips_;                         ///< if the tip is ever held
+  Matrix2<Scalar> C_, G_;                           ///< by the base
 
  private:
   /// What a body shows at its own point while it turns: p_k, h, q.
@@ -126,12 +126,12 @@ class GeneralFactors {
     Motion UL;
   };
 
-  void addForces(std::size_t j, LinearTerms<Scalar, kinds>& shown) const;
-  Sums addBody(std::size_t j, LinearTerms<Scalar, kinds>& shown);
-  void passRevolute(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown);
-  void passPrismatic(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown);
-  void passCarriage(std::size_t j, LinearTerms<Scalar, kinds>& shown);
-  void displace(std::size_t j, Slid& slid) const;
+  void addForces(std::size_t j, LinearTerms<Scalar, kinds>& articulated) const;
+  Sums addBody(std::size_t j, LinearTerms<Scalar, kinds>& articulated);
+  void passRevolute(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& articulated);
+  void passPrismatic(std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& articulated);
+  void passCarriage(std::size_t j, LinearTerms<Scalar, kinds>& articulated);
+  void displace(std::size_t j, PrismaticFactors& prismatic) const;
   void sweepTip();
 
   const PlaneTangent& tangent(std::size_t j, std::size_t k) const {
@@ -150,13 +150,13 @@ class GeneralFactors {
 /// Replaces what hangs on the outer pin by what the body shows at its own point: B and T, U_R as h, D_m as q.
 template <class Scalar, std::size_t kinds, bool isMixed>
 [[gnu::always_inline]] inline auto GeneralFactors<Scalar, kinds, isMixed>::addBody(
-    std::size_t j, LinearTerms<Scalar, kinds>& shown) -> Sums {
+    std::size_t j, LinearTerms<Scalar, kinds>& articulated) -> Sums {
   const BodyAt<double>& body = bodies_[j];
   const Vec2d P = body.P, iP = perp(P), mR = body.m * body.R;
   const auto z = turnsOf<kinds>(body, s_);
   const auto less = driftsOf<kinds>(body);
-  Vec2<Scalar> UR = shown.h, Eq;
-  Scalar Mq(-body.kappa), Dm = body.J * s_ * s_ + body.kappa + shown.q + dotMixed(iP, shown.h);
+  Vec2<Scalar> UR = articulated.h, Eq;
+  Scalar Mq(-body.kappa), Dm = body.J * s_ * s_ + body.kappa + articulated.q + dotMixed(iP, articulated.h);
   if constexpr (kinds == 3) {
     const auto& [K, D] = tangents_[j];
     UR = mulAdd(s_, D.forceTurn, mulAdd(1.0, K.forceTurn, UR));
@@ -164,19 +164,19 @@ template <class Scalar, std::size_t kinds, bool isMixed>
     Mq -= K.momentTurn;
     Dm += K.momentTurn + s_ * D.momentTurn;
   }
-  Handle& handle = handles_[j];
+  BodyFactors& factors = factors_[j];
   Sums sums;
   for (std::size_t k = 0; k < kinds; ++k) {
-    const Matrix2<Scalar>& B = shown.B[k];
-    const Vec2<Scalar> lambda{iP.x * B.xx + iP.y * B.yx + shown.p[k].x,
-                              iP.x * B.xy + iP.y * B.yy + shown.p[k].y};
+    const Matrix2<Scalar>& B = articulated.B[k];
+    const Vec2<Scalar> lambda{iP.x * B.xx + iP.y * B.yx + articulated.p[k].x,
+                              iP.x * B.xy + iP.y * B.yy + articulated.p[k].y};
     const Scalar alongTurn = dotMixed(iP, lambda), alongPin = dotMixed(P, lambda);
     const Vec2d m = k == 0 ? mR : Vec2d{};
     const Vec2<Scalar> zeta = B.times(iP, {Scalar(-m.y), Scalar(m.x)});
     const Vec2<Scalar> xi = B.times(P, {Scalar(m.x), Scalar(m.y)});
     if (k == 0) {
-      handle.Mv = body.J + alongTurn;
-      handle.Ev = zeta;
+      factors.Mv = body.J + alongTurn;
+      factors.Ev = zeta;
     }
     UR = mulAdd(z[k].y, zeta, mulAdd(z[k].x, xi, UR));
     Dm += z[k].y * alongTurn + z[k].x * alongPin;
@@ -185,54 +185,54 @@ template <class Scalar, std::size_t kinds, bool isMixed>
     Mq += less[k].y * alongTurn + less[k].x * alongPin;
     sums.UL[k] = mulAdd(1.0, k == 0 ? perp(mR) : tangent(j, k).momentPlace, lambda);
   }
-  handle.Eq = Eq;
-  handle.Mq = Mq;
-  handle.Dm = Dm;
-  shown.h = UR;
-  shown.q = Dm;
-  addForces(j, shown);
+  factors.Eq = Eq;
+  factors.Mq = Mq;
+  factors.Dm = Dm;
+  articulated.h = UR;
+  articulated.q = Dm;
+  addForces(j, articulated);
   return sums;
 }
 
 /// B ← T + B
 template <class Scalar, std::size_t kinds, bool isMixed>
 [[gnu::always_inline]] inline void GeneralFactors<Scalar, kinds, isMixed>::addForces(
-    std::size_t j, LinearTerms<Scalar, kinds>& shown) const {
-  shown.B[0].xx += bodies_[j].m;
-  shown.B[0].yy += bodies_[j].m;
+    std::size_t j, LinearTerms<Scalar, kinds>& articulated) const {
+  articulated.B[0].xx += bodies_[j].m;
+  articulated.B[0].yy += bodies_[j].m;
   for (std::size_t k = 1; k < kinds; ++k) {
     const Matrix2d& T = tangent(j, k).forcePlace;
-    Matrix2<Scalar>& B = shown.B[k];
+    Matrix2<Scalar>& B = articulated.B[k];
     B = {T.xx + B.xx, T.xy + B.xy, T.yx + B.yx, T.yy + B.yy};
   }
 }
 
 template <class Scalar, std::size_t kinds, bool isMixed>
 [[gnu::always_inline]] inline void GeneralFactors<Scalar, kinds, isMixed>::passRevolute(
-    std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& shown) {
-  Handle& handle = handles_[j];
+    std::size_t j, const Sums& sums, LinearTerms<Scalar, kinds>& articulated) {
+  BodyFactors& factors = factors_[j];
   const bool isPrescribed = bodies_.joint(j).isPrescribed;
-  const Scalar stiffness = stiffnessOf(j), Dm = shown.q;
-  const Scalar over = handle.over = isPrescribed ? Scalar{} : 1.0 / (Dm + stiffness);
-  const Scalar kD = handle.kD = isPrescribed ? Scalar(1) : stiffness * over;
-  const Vec2<Scalar> UR = handle.UR = shown.h;
+  const Scalar stiffness = stiffnessOf(j), Dm = articulated.q;
+  const Scalar over = factors.over = isPrescribed ? Scalar{} : 1.0 / (Dm + stiffness);
+  const Scalar kD = factors.kD = isPrescribed ? Scalar(1) : stiffness * over;
+  const Vec2<Scalar> UR = factors.UR = articulated.h;
   for (std::size_t k = 0; k < kinds; ++k) {
     const Vec2<Scalar> UL = sums.UL[k];
-    handle.ULD[k] = over * UL;
-    subtract(UR, handle.ULD[k], shown.B[k]);
-    shown.p[k] = handle.p[k] = kD * UL;
+    factors.ULD[k] = over * UL;
+    subtract(UR, factors.ULD[k], articulated.B[k]);
+    articulated.p[k] = factors.p[k] = kD * UL;
   }
-  shown.h = kD * UR;
-  shown.q = handle.q = kD * Dm;
+  articulated.h = kD * UR;
+  articulated.q = factors.q = kD * Dm;
 }
 
 /// Z, W, z and w.
 template <class Scalar, std::size_t kinds, bool isMixed>
-void GeneralFactors<Scalar, kinds, isMixed>::displace(std::size_t j, Slid& slid) const {
+void GeneralFactors<Scalar, kinds, isMixed>::displace(std::size_t j, PrismaticFactors& prismatic) const {
   const BodyAt<double>& body = bodies_[j];
-  const SlideAt& slide = bodies_.slide(j);
+  const PrismaticAt& joint = bodies_.prismatic(j);
   const double omega = body.omega, ww = omega * omega, alpha = body.alpha;
-  const Vec2d d = slide.axis, id = perp(d), S = slide.S, iS = perp(S), moved = slide.rate * id - omega * S;
+  const Vec2d d = joint.axis, id = perp(d), S = joint.S, iS = perp(S), moved = joint.rate * id - omega * S;
   const auto set = [](Motion& to, const Vec2d& a, const Vec2d& v, const Vec2d& x) {
     to[0] = wide<Scalar>(a);
     if constexpr (kinds == 3) {
@@ -240,86 +240,87 @@ void GeneralFactors<Scalar, kinds, isMixed>::displace(std::size_t j, Slid& slid)
       to[2] = wide<Scalar>(x);
     }
   };
-  set(slid.W, slide.acceleration * id - (2 * omega * slide.rate) * d - ww * iS - alpha * S, moved, iS);
-  set(slid.w, alpha * id - ww * d, omega * id, d);
-  slid.Z = slid.W;
-  slid.z = slid.w;
+  set(prismatic.W, joint.acceleration * id - (2 * omega * joint.rate) * d - ww * iS - alpha * S, moved, iS);
+  set(prismatic.w, alpha * id - ww * d, omega * id, d);
+  prismatic.Z = prismatic.W;
+  prismatic.z = prismatic.w;
   const Scalar ss = s_ * s_, twice = s_ + s_;
-  slid.Z[0] += mulAdd(ss, iS, mulAdd(twice, moved, Vec2<Scalar>{}));
-  slid.z[0] += mulAdd(ss, d, mulAdd(twice * omega, id, Vec2<Scalar>{}));
+  prismatic.Z[0] += mulAdd(ss, iS, mulAdd(twice, moved, Vec2<Scalar>{}));
+  prismatic.z[0] += mulAdd(ss, d, mulAdd(twice * omega, id, Vec2<Scalar>{}));
   if constexpr (kinds == 3) {
-    slid.Z[1] = mulAdd(s_, iS, slid.Z[1]);
-    slid.z[1] = mulAdd(s_, d, slid.z[1]);
+    prismatic.Z[1] = mulAdd(s_, iS, prismatic.Z[1]);
+    prismatic.z[1] = mulAdd(s_, d, prismatic.z[1]);
   }
 }
 
 template <class Scalar, std::size_t kinds, bool isMixed>
 void GeneralFactors<Scalar, kinds, isMixed>::passPrismatic(std::size_t j, const Sums& sums,
-                                                           LinearTerms<Scalar, kinds>& shown) {
-  const SlideAt& slide = bodies_.slide(j);
-  Handle& handle = handles_[j];
-  Slid& slid = slid_[j];
-  displace(j, slid);
+                                                           LinearTerms<Scalar, kinds>& articulated) {
+  const PrismaticAt& joint = bodies_.prismatic(j);
+  BodyFactors& factors = factors_[j];
+  PrismaticFactors& prismatic = prismaticFactors_[j];
+  displace(j, prismatic);
   const Motion& p = sums.UL;
-  const auto& B = shown.B;
-  const Vec2d d = slide.axis, iS = perp(slide.S);
+  const auto& B = articulated.B;
+  const Vec2d d = joint.axis, iS = perp(joint.S);
   const Vec2<Scalar> wideD = wide<Scalar>(d), wideS = wide<Scalar>(iS);
-  const double alongS = dot(slide.S, slide.force);
-  slid.f = Scalar(dot(perp(d), slide.force));
+  const double alongS = dot(joint.S, joint.force);
+  prismatic.f = Scalar(dot(perp(d), joint.force));
 
-  const Vec2<Scalar> U = sum(B, slid.z), h = shown.h + sum(B, slid.Z);
-  slid.v = dotMixed(d, h) + slid.f;
-  slid.u = sum(p, slid.z) + slid.f + dotMixed(iS, U);
-  slid.D0 = dotMixed(d, U);
-  const Scalar q = shown.q + sum(p, slid.Z) - alongS + dotMixed(iS, h);
+  const Vec2<Scalar> U = sum(B, prismatic.z), h = articulated.h + sum(B, prismatic.Z);
+  prismatic.v = dotMixed(d, h) + prismatic.f;
+  prismatic.u = sum(p, prismatic.z) + prismatic.f + dotMixed(iS, U);
+  prismatic.D0 = dotMixed(d, U);
+  const Scalar q = articulated.q + sum(p, prismatic.Z) - alongS + dotMixed(iS, h);
 
   // Right-hand sides.
-  handle.Ev += B[0].times(iS, Vec2<Scalar>{});
-  handle.Eq = handle.Eq - sum(B, slid.W);
-  handle.Mv += dot(p[0], wideS);
-  handle.Mq -= sum(p, slid.W) - alongS;
-  slid.ofRate = B[0].times(d, Vec2<Scalar>{});
-  slid.ofPlace = sum(B, slid.w);
-  slid.momentOfRate = dot(p[0], wideD);
-  slid.momentOfPlace = sum(p, slid.w) + slid.f;
+  factors.Ev += B[0].times(iS, Vec2<Scalar>{});
+  factors.Eq = factors.Eq - sum(B, prismatic.W);
+  factors.Mv += dot(p[0], wideS);
+  factors.Mq -= sum(p, prismatic.W) - alongS;
+  prismatic.ofRate = B[0].times(d, Vec2<Scalar>{});
+  prismatic.ofPlace = sum(B, prismatic.w);
+  prismatic.momentOfRate = dot(p[0], wideD);
+  prismatic.momentOfPlace = sum(p, prismatic.w) + prismatic.f;
 
   const bool isPrescribed = bodies_.joint(j).isPrescribed;
-  const Scalar over = handle.over = isPrescribed ? Scalar{} : 1.0 / (slid.D0 + stiffnessOf(j));
-  slid.vD = over * slid.v;
-  handle.UR = U;
+  const Scalar over = factors.over = isPrescribed ? Scalar{} : 1.0 / (prismatic.D0 + stiffnessOf(j));
+  prismatic.vD = over * prismatic.v;
+  factors.UR = U;
   for (std::size_t k = 0; k < kinds; ++k) {
-    const Vec2<Scalar> V = handle.p[k] = transposedTimes(B[k], wideD), VD = handle.ULD[k] = over * V;
-    shown.p[k] = p[k] + transposedTimes(B[k], wideS) - slid.u * VD;
-    subtract(U, VD, shown.B[k]);
+    const Vec2<Scalar> V = factors.p[k] = transposedTimes(B[k], wideD), VD = factors.ULD[k] = over * V;
+    articulated.p[k] = p[k] + transposedTimes(B[k], wideS) - prismatic.u * VD;
+    subtract(U, VD, articulated.B[k]);
   }
-  shown.h = h - slid.vD * U;
-  shown.q = q - slid.u * slid.vD;
+  articulated.h = h - prismatic.vD * U;
+  articulated.q = q - prismatic.u * prismatic.vD;
 }
 
 /// The body with it, where nothing inside turns: σ, ρ_v and u' there are 0, so only B and V are of use.
 template <class Scalar, std::size_t kinds, bool isMixed>
-void GeneralFactors<Scalar, kinds, isMixed>::passCarriage(std::size_t j, LinearTerms<Scalar, kinds>& shown) {
-  addForces(j, shown);
-  Handle& handle = handles_[j];
-  Slid& slid = slid_[j];
-  auto& B = shown.B;
-  const Vec2d d = bodies_.slide(j).axis;
+void GeneralFactors<Scalar, kinds, isMixed>::passCarriage(std::size_t j,
+                                                          LinearTerms<Scalar, kinds>& articulated) {
+  addForces(j, articulated);
+  BodyFactors& factors = factors_[j];
+  PrismaticFactors& prismatic = prismaticFactors_[j];
+  auto& B = articulated.B;
+  const Vec2d d = bodies_.prismatic(j).axis;
   const Vec2<Scalar> wideD = wide<Scalar>(d);
-  slid.ofRate = B[0].times(d, Vec2<Scalar>{});
-  slid.z[0] = s_ * s_ * wideD;
+  prismatic.ofRate = B[0].times(d, Vec2<Scalar>{});
+  prismatic.z[0] = s_ * s_ * wideD;
   if constexpr (kinds == 3) {
-    slid.z[1] = s_ * wideD;
-    slid.z[2] = slid.w[2] = wideD;
-    slid.ofPlace = B[2].times(d, Vec2<Scalar>{});
+    prismatic.z[1] = s_ * wideD;
+    prismatic.z[2] = prismatic.w[2] = wideD;
+    prismatic.ofPlace = B[2].times(d, Vec2<Scalar>{});
   }
-  handle.UR = sum(B, slid.z);
-  slid.D0 = dotMixed(d, handle.UR);
+  factors.UR = sum(B, prismatic.z);
+  prismatic.D0 = dotMixed(d, factors.UR);
   const bool isPrescribed = bodies_.joint(j).isPrescribed;
-  const Scalar over = handle.over = isPrescribed ? Scalar{} : 1.0 / (slid.D0 + stiffnessOf(j));
+  const Scalar over = factors.over = isPrescribed ? Scalar{} : 1.0 / (prismatic.D0 + stiffnessOf(j));
   for (std::size_t k = 0; k < kinds; ++k) {
-    const Vec2<Scalar> V = handle.p[k] = transposedTimes(B[k], wideD);
-    handle.ULD[k] = over * V;
-    subtract(handle.UR, handle.ULD[k], B[k]);
+    const Vec2<Scalar> V = factors.p[k] = transposedTimes(B[k], wideD);
+    factors.ULD[k] = over * V;
+    subtract(factors.UR, factors.ULD[k], B[k]);
   }
 }
 
@@ -333,7 +334,7 @@ void GeneralFactors<Scalar, kinds, isMixed>::sweepTip() {
   Vec2<Scalar> eta, gamma;
   for (std::size_t j = tips_.size(); j-- > 0;) {
     const BodyAt<double>& body = bodies_[j];
-    const Handle& handle = handles_[j];
+    const BodyFactors& factors = factors_[j];
     AtTip& at = tips_[j];
     const auto z = turnsOf<kinds>(body, s_);
     const auto less = driftsOf<kinds>(body);
@@ -344,29 +345,29 @@ void GeneralFactors<Scalar, kinds, isMixed>::sweepTip() {
       gamma += Gamma[k].times(turnScale(z[k], body.P), Vec2<Scalar>{});
       at.Eq -= Gamma[k].times(turnScale(less[k], body.P), Vec2<Scalar>{});
     }
-    if (slides(j)) {
-      const Slid& slid = slid_[j];
-      const Vec2d d = bodies_.slide(j).axis, iS = perp(bodies_.slide(j).S);
+    if (isPrismatic(j)) {
+      const PrismaticFactors& prismatic = prismaticFactors_[j];
+      const Vec2d d = bodies_.prismatic(j).axis, iS = perp(bodies_.prismatic(j).S);
       at.e = transposedTimes(G, wide<Scalar>(d));
-      at.g = sum(Gamma, slid.z);
+      at.g = sum(Gamma, prismatic.z);
       at.Ev += Gamma[0].times(iS, Vec2<Scalar>{});
-      at.Eq += sum(Gamma, slid.W);
+      at.Eq += sum(Gamma, prismatic.W);
       at.ofRate = Gamma[0].times(d, Vec2<Scalar>{});
-      at.ofPlace = sum(Gamma, slid.w);
-      at.eD = handle.over * at.e;
-      eta += transposedTimes(G, wide<Scalar>(iS)) - slid.u * at.eD;
-      gamma += sum(Gamma, slid.Z) - slid.vD * at.g;
+      at.ofPlace = sum(Gamma, prismatic.w);
+      at.eD = factors.over * at.e;
+      eta += transposedTimes(G, wide<Scalar>(iS)) - prismatic.u * at.eD;
+      gamma += sum(Gamma, prismatic.Z) - prismatic.vD * at.g;
     } else {
       at.e = eta;
       at.g = gamma;
-      at.eD = handle.over * eta;
-      eta = handle.kD * eta;
-      gamma = handle.kD * gamma;
+      at.eD = factors.over * eta;
+      eta = factors.kD * eta;
+      gamma = factors.kD * gamma;
     }
     at.eta = eta;
-    for (std::size_t k = 0; k < kinds; ++k) subtract(at.g, handle.ULD[k], Gamma[k]);
+    for (std::size_t k = 0; k < kinds; ++k) subtract(at.g, factors.ULD[k], Gamma[k]);
     subtract(Scalar(-1) * at.g, at.eD, C_);
-    subtract(handle.UR, at.eD, G);
+    subtract(factors.UR, at.eD, G);
   }
   G_ = G;
 }

@@ -115,18 +115,18 @@ class GeneralLinearized final : public GeneralSolve<Scalar>, private GeneralFact
  private:
   using Factors::bodies_;
   using Factors::C_;
+  using Factors::factors_;
   using Factors::G_;
-  using Factors::handles_;
+  using Factors::isPrismatic;
   using Factors::overS_;
+  using Factors::prismaticFactors_;
   using Factors::s_;
-  using Factors::slid_;
-  using Factors::slides;
   using Factors::sum;
   using Factors::tips_;
   using typename Factors::AtTip;
-  using typename Factors::Handle;
+  using typename Factors::BodyFactors;
   using typename Factors::Motion;
-  using typename Factors::Slid;
+  using typename Factors::PrismaticFactors;
 
   void carryInwards(const Scalar* rhoQ, const Scalar* rhoV);
   void carryOutwards(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v);
@@ -145,7 +145,7 @@ class GeneralLinearized final : public GeneralSolve<Scalar>, private GeneralFact
     return turner >= 0 ? values[turner] : Scalar{};
   }
 
-  std::vector<Scalar> moments_ = std::vector<Scalar>(handles_.size());
+  std::vector<Scalar> moments_ = std::vector<Scalar>(factors_.size());
   // Along the last solution:
   Vec2<Scalar> baseForce_, tipForce_;
   Scalar baseMoment_{};
@@ -158,31 +158,33 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryInwards(const Scalar* rhoQ,
   for (std::size_t j = bodies_.size(); j-- > 0;) {
     const BodyAt<double>& body = bodies_[j];
     const JointLaw<double>& joint = bodies_.joint(j);
-    Handle& handle = handles_[j];
+    BodyFactors& factors = factors_[j];
     const Scalar sigma = ofBody(rhoQ, j) * overS_, rho = ofBody(rhoV, j);
-    const Scalar known = handle.Mv * rho + handle.Mq * sigma - dotMixed(perp(body.P), b) - r;
-    b = mulAdd(-rho, handle.Ev, mulAdd(-sigma, handle.Eq, b));
-    if (!slides(j)) {
+    const Scalar known = factors.Mv * rho + factors.Mq * sigma - dotMixed(perp(body.P), b) - r;
+    b = mulAdd(-rho, factors.Ev, mulAdd(-sigma, factors.Eq, b));
+    if (!isPrismatic(j)) {
       const int parent = inner(j);
-      const Scalar bend = parent >= 0 ? sigma - rhoQ[parent] * overS_ : sigma;
+      const Scalar relative = parent >= 0 ? sigma - rhoQ[parent] * overS_ : sigma;
       const Scalar jump = parent >= 0 ? rho - rhoV[parent] : rho;
-      const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * jump - body.k * bend;
+      const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * jump - body.k * relative;
       const Scalar epsilon = known + delta;
-      const Scalar turn = handle.turn = joint.isPrescribed ? jump * (overS_ * overS_) : epsilon * handle.over;
-      b = mulAdd(turn, handle.UR, b);
-      moments_[j] = r = joint.isPrescribed ? handle.Dm * turn - epsilon : delta - handle.kD * epsilon;
+      const Scalar turn = factors.turn =
+          joint.isPrescribed ? jump * (overS_ * overS_) : epsilon * factors.over;
+      b = mulAdd(turn, factors.UR, b);
+      moments_[j] = r = joint.isPrescribed ? factors.Dm * turn - epsilon : delta - factors.kD * epsilon;
       continue;
     }
-    const Slid& slid = slid_[j];
+    const PrismaticFactors& prismatic = prismaticFactors_[j];
     const Scalar place = rhoQ[j] * overS_, rate = rhoV[j];
-    b = mulAdd(-rate, slid.ofRate, mulAdd(place, slid.ofPlace, b));
-    r = slid.momentOfPlace * place - known - slid.momentOfRate * rate + dotMixed(perp(bodies_.slide(j).S), b);
+    b = mulAdd(-rate, prismatic.ofRate, mulAdd(place, prismatic.ofPlace, b));
+    r = prismatic.momentOfPlace * place - known - prismatic.momentOfRate * rate +
+        dotMixed(perp(bodies_.prismatic(j).S), b);
     const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * rate - body.k * place;
-    const Scalar epsilon = delta - dotMixed(bodies_.slide(j).axis, b) - slid.f * sigma;
-    const Scalar turn = handle.turn = joint.isPrescribed ? rate * (overS_ * overS_) : epsilon * handle.over;
-    b = mulAdd(turn, handle.UR, b);
-    r += slid.u * turn;
-    moments_[j] = slid.D0 * turn - epsilon;
+    const Scalar epsilon = delta - dotMixed(bodies_.prismatic(j).axis, b) - prismatic.f * sigma;
+    const Scalar turn = factors.turn = joint.isPrescribed ? rate * (overS_ * overS_) : epsilon * factors.over;
+    b = mulAdd(turn, factors.UR, b);
+    r += prismatic.u * turn;
+    moments_[j] = prismatic.D0 * turn - epsilon;
   }
   baseForce_ = b;
   baseMoment_ = r;
@@ -195,24 +197,25 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ
   Scalar parent{}, sigma{}, rho{};  // u', σ and ρ_v of the body that turns
   for (std::size_t j = 0; j < bodies_.size(); ++j) {
     const BodyAt<double>& body = bodies_[j];
-    const Handle& handle = handles_[j];
+    const BodyFactors& factors = factors_[j];
     Scalar own, rate = rhoV[j];  // u' and ρ_v of the coordinate
-    if (slides(j)) {
-      const Slid& slid = slid_[j];
+    if (isPrismatic(j)) {
+      const PrismaticFactors& prismatic = prismaticFactors_[j];
       const Scalar place = rhoQ[j] * overS_;
-      moments_[j] += slid.v * parent + sum(handle.p, y);
-      own = handle.turn - slid.vD * parent - sum(handle.ULD, y);
+      moments_[j] += prismatic.v * parent + sum(factors.p, y);
+      own = factors.turn - prismatic.vD * parent - sum(factors.ULD, y);
       for (std::size_t k = 0; k < kinds; ++k) {
-        y[k] +=
-            mulAdd(parent, slid.Z[k], mulAdd(sigma, slid.W[k], mulAdd(own, slid.z[k], place * slid.w[k])));
+        y[k] += mulAdd(parent, prismatic.Z[k],
+                       mulAdd(sigma, prismatic.W[k], mulAdd(own, prismatic.z[k], place * prismatic.w[k])));
       }
-      y[0] -= mulAdd(rho, perp(bodies_.slide(j).S), mulAdd(rate, bodies_.slide(j).axis, Vec2<Scalar>{}));
+      y[0] -=
+          mulAdd(rho, perp(bodies_.prismatic(j).S), mulAdd(rate, bodies_.prismatic(j).axis, Vec2<Scalar>{}));
       u[j] = place + own;
     } else {
       sigma = rhoQ[j] * overS_;
       rho = rate;
-      moments_[j] += handle.q * parent + sum(handle.p, y);
-      parent = handle.kD * parent + handle.turn - sum(handle.ULD, y);
+      moments_[j] += factors.q * parent + sum(factors.p, y);
+      parent = factors.kD * parent + factors.turn - sum(factors.ULD, y);
       own = parent;
       u[j] = sigma + own;
     }
@@ -234,9 +237,9 @@ Vec2<Scalar> GeneralLinearized<Scalar, kinds, isMixed>::tipFree(const Scalar* rh
   Vec2<Scalar> free, ofPlaces;  // ofPlaces: times s
   for (std::size_t j = 0; j < tips_.size(); ++j) {
     const AtTip& at = tips_[j];
-    free = mulAdd(handles_[j].turn, at.g, mulAdd(-ofBody(rhoV, j), at.Ev, free));
+    free = mulAdd(factors_[j].turn, at.g, mulAdd(-ofBody(rhoV, j), at.Ev, free));
     ofPlaces = mulAdd(ofBody(rhoQ, j), at.Eq, ofPlaces);
-    if (!slides(j)) continue;
+    if (!isPrismatic(j)) continue;
     free = mulAdd(-rhoV[j], at.ofRate, free);
     ofPlaces = mulAdd(rhoQ[j], at.ofPlace, ofPlaces);
   }
@@ -263,8 +266,8 @@ void GeneralLinearized<Scalar, kinds, isMixed>::hold(const Scalar* rhoQ, const S
   }
   for (std::size_t j = 0; j < tips_.size(); ++j) {
     const AtTip& at = tips_[j];
-    handles_[j].turn += dot(at.eD, tipForce_);
-    moments_[j] -= dot(slides(j) ? at.e : at.eta, tipForce_);
+    factors_[j].turn += dot(at.eD, tipForce_);
+    moments_[j] -= dot(isPrismatic(j) ? at.e : at.eta, tipForce_);
   }
   baseForce_ -= G_.times(tipForce_, Vec2<Scalar>{});
   baseMoment_ -= dot(tips_.front().eta, tipForce_);

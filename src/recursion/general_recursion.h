@@ -39,17 +39,17 @@ struct EndForces {
 
 /// The wrench of the base on a chain that shows this.
 template <class Real>
-void setWrench(const ArticulatedTerms<Real>& shown, const Moved<Real>& base, EndForces<Real>& to) {
-  to.baseForce = shown.A * base.a + base.alpha * shown.H + shown.b;
-  to.baseMoment = dot(shown.H, base.a) + shown.Q * base.alpha + shown.c;
+void setWrench(const ArticulatedTerms<Real>& articulated, const Moved<Real>& base, EndForces<Real>& to) {
+  to.baseForce = articulated.A * base.a + base.alpha * articulated.H + articulated.b;
+  to.baseMoment = dot(articulated.H, base.a) + articulated.Q * base.alpha + articulated.c;
 }
 
 template <class Real>
-void holdTip(const TipTerms<Real>& shown, const Moved<Real>& base, const Tip<Real>& tip,
+void holdTip(const TipTerms<Real>& ofTip, const Moved<Real>& base, const Tip<Real>& tip,
              EndForces<Real>& to) {
-  to.tip = holdTip(tip, shown.C, shown.transposed(base.a) + base.alpha * shown.eta + shown.c);
-  to.baseForce -= shown.times(to.tip.force);
-  to.baseMoment -= dot(shown.eta, to.tip.force);
+  to.tip = holdTip(tip, ofTip.C, ofTip.transposed(base.a) + base.alpha * ofTip.eta + ofTip.c);
+  to.baseForce -= ofTip.times(to.tip.force);
+  to.baseMoment -= dot(ofTip.eta, to.tip.force);
 }
 
 template <class Real = double>
@@ -70,12 +70,12 @@ class GeneralRecursion {
   /// values each. Allocates nothing.
   EndForces<Real> accelerations(const BodyMotion<Real>& at, const GeneralLoads<Real>& acting,
                                 const Tip<Real>& tip, Real* xdd, Real* moments) {
-    ArticulatedTerms<Real> shown;
+    ArticulatedTerms<Real> articulated;
     TipTerms<Real> ofTip;
-    for (std::size_t j = bodies_.size(); j-- > 0;) inwards(j, at, acting, tip.rows > 0, shown, ofTip);
+    for (std::size_t j = bodies_.size(); j-- > 0;) inwards(j, at, acting, tip.rows > 0, articulated, ofTip);
     Moved<Real> moved{acting.base, acting.baseTurning};
     EndForces<Real> ends;
-    setWrench(shown, moved, ends);
+    setWrench(articulated, moved, ends);
     if (tip.rows > 0) holdTip(ofTip, moved, tip, ends);
     for (std::size_t j = 0; j < bodies_.size(); ++j) {
       Swept& body = bodies_[j];
@@ -95,29 +95,29 @@ class GeneralRecursion {
   struct Swept {
     bool isPrismatic;
     Body<Real> of;
-    Turned<Real> at;
+    BodyPose<Real> at;
     JointNumbers<Real> law;
     JointTerms<Real> terms;
     Vec2<Real> y;
   };
 
   void inwards(std::size_t j, const BodyMotion<Real>& at, const GeneralLoads<Real>& acting, bool holdsTip,
-               ArticulatedTerms<Real>& shown, TipTerms<Real>& ofTip) {
+               ArticulatedTerms<Real>& articulated, TipTerms<Real>& ofTip) {
     Swept& body = bodies_[j];
-    body.at = turned(body.of, at.e[j], at.omega[j]);
+    body.at = bodyPose(body.of, at.e[j], at.omega[j]);
     body.law = numbersOf(acting.joints[j]);
-    addBody(body.at, shown);
-    if (acting.F) shown.b -= acting.F[j];
+    addBody(body.at, articulated);
+    if (acting.F) articulated.b -= acting.F[j];
     if (holdsTip) ofTip.addBody(body.at.P, body.at.ww);
     if (body.isPrismatic) {
       const Displacement<Real>& by = at.displaced[j];
-      body.terms = passPrismatic(acting.N[j], body.law, by.d, shown);
-      stepInwards(by, shown);
+      body.terms = passPrismatic(acting.N[j], body.law, by.d, articulated);
+      stepInwards(by, articulated);
       if (!holdsTip) return;
       body.y = ofTip.passPrismatic(body.terms, body.law, by.d);
       ofTip.stepInwards(by);
     } else {
-      body.terms = passRevolute(acting.N[j], body.law, shown);
+      body.terms = passRevolute(acting.N[j], body.law, articulated);
       if (holdsTip) body.y = ofTip.passRevolute(body.terms, body.law);
     }
     if (!holdsTip) return;

@@ -247,20 +247,20 @@ class GeneralSeries {
   // ---- The recursion --------------------------------------------------------------------------------------
 
   void factor(const JointLaw<double>* laws) {
-    ArticulatedTerms<double> shown;
+    ArticulatedTerms<double> articulated;
     for (std::size_t j = n_; j-- > 0;) {
       SweptBody& body = bodies_[j];
-      const Turned<double> at = turned(body.of, e_[0][j], 0.0);
+      const BodyPose<double> at = bodyPose(body.of, e_[0][j], 0.0);
       body.P = at.P;
       body.law = numbersOf(JointLaw<double>{laws[j].armature, laws[j].isPrescribed, 0});
-      addBody(at, shown);
+      addBody(at, articulated);
       if (body.isPrismatic) {
         const Vec2d d = e_[0][j] * body.axis;
         body.by = {d, c_[j] * d, {}};
-        body.terms = passPrismatic(0.0, body.law, d, shown);
-        stepInwards(body.by, shown);
+        body.terms = passPrismatic(0.0, body.law, d, articulated);
+        stepInwards(body.by, articulated);
       } else {
-        body.terms = passRevolute(0.0, body.law, shown);
+        body.terms = passRevolute(0.0, body.law, articulated);
       }
     }
   }

@@ -27,7 +27,7 @@
 ///
 /// and outwards:  u' = (k̂ u'_parent + ε − U_L·δa)/D     δa ← δa + u' zP + wP.
 ///
-/// q is not written k̂ − k̂²/D, which cancels for stiff springs. The handles are not symmetric, as J is not.
+/// q is not written k̂ − k̂²/D, which cancels for stiff springs. The factors are not symmetric, as J is not.
 /// Everything is analytic in s, so Scalar may be complex. lanes/linear_kernel.h goes through the bodies.
 
 #include "planar_chain/planar.h"
@@ -72,7 +72,7 @@ Vec2<Real> accelerationAt(const BodyAt<Real>& body, Vec2<Real> a, Vec2<Real> X) 
 
 /// What hangs on a pin, as its parent feels it.
 template <class Scalar>
-struct Shown {
+struct LinearArticulatedTerms {
   Matrix2<Scalar> B;
   Vec2<Scalar> h, p;
   Scalar q{};
@@ -80,7 +80,7 @@ struct Shown {
 
 /// What the factorization keeps of a body.
 template <class Scalar>
-struct LinearHandle {
+struct LinearFactors {
   Scalar Mv, Mq, inverseD;  ///< inwards
   Vec2<Scalar> Ev, Eq, UR;
   Vec2<Scalar> ULD;  ///< outwards: U_L/D
@@ -105,51 +105,51 @@ Vec2<Scalar> driftOf(const BodyAt<Real>& body, Scalar sigma, Scalar rhoV) {
   return {-(body.alpha * sigma), -rhoV - body.omega * body.omega * sigma};
 }
 
-/// One body inwards, for the factorization of s·1 − J: `shown` by the outer pin becomes that by the inner
-/// one.
+/// One body inwards, for the factorization of s·1 − J: `articulated` by the outer pin becomes that by the
+/// inner one.
 template <class Scalar, class Real>
-[[gnu::always_inline]] inline LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s,
-                                                             Shown<Scalar>& shown) {
+[[gnu::always_inline]] inline LinearFactors<Scalar> eliminate(const BodyAt<Real>& body, Scalar s,
+                                                              LinearArticulatedTerms<Scalar>& articulated) {
   const auto [x, y] = turnOf(body, s);
   const Vec2<Real> P = body.P, iP = perp(P);
-  const Matrix2<Scalar> B = shown.B;
-  const Vec2<Scalar> lambda{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, shown.p.x)),
-                            mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, shown.p.y))};
+  const Matrix2<Scalar> B = articulated.B;
+  const Vec2<Scalar> lambda{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, articulated.p.x)),
+                            mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, articulated.p.y))};
   const Vec2<Scalar> Ev = B.times(iP, {Scalar(-body.m * body.R.y), Scalar(body.m * body.R.x)});
   const Vec2<Scalar> Ed = B.times(P, {Scalar(body.m * body.R.x), Scalar(body.m * body.R.y)});
   const Scalar alongTurn = dotMixed(iP, lambda), alongPin = dotMixed(P, lambda);
   const Real ww = body.omega * body.omega;
-  LinearHandle<Scalar> handle;
-  handle.Mv = body.J + alongTurn;
-  handle.Mq = mulAdd(ww, alongTurn, mulAdd(body.alpha, alongPin, Scalar(-body.kappa)));
-  handle.Ev = Ev;
-  handle.Eq = {mulAdd(ww, Ev.x, body.alpha * Ed.x), mulAdd(ww, Ev.y, body.alpha * Ed.y)};
-  handle.UR = mulAdd(y, Ev, mulAdd(x, Ed, shown.h));
-  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) +
-                    (dotMixed(iP, shown.h) + mulAdd(y, alongTurn, x * alongPin));
+  LinearFactors<Scalar> factors;
+  factors.Mv = body.J + alongTurn;
+  factors.Mq = mulAdd(ww, alongTurn, mulAdd(body.alpha, alongPin, Scalar(-body.kappa)));
+  factors.Ev = Ev;
+  factors.Eq = {mulAdd(ww, Ev.x, body.alpha * Ed.x), mulAdd(ww, Ev.y, body.alpha * Ed.y)};
+  factors.UR = mulAdd(y, Ev, mulAdd(x, Ed, articulated.h));
+  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + articulated.q) +
+                    (dotMixed(iP, articulated.h) + mulAdd(y, alongTurn, x * alongPin));
   const Scalar k = stiffness(body, s);
-  handle.inverseD = Real(1) / (Dm + k);
-  handle.kD = k * handle.inverseD;
-  handle.ULD = handle.inverseD * mulAdd(body.m, perp(body.R), lambda);
+  factors.inverseD = Real(1) / (Dm + k);
+  factors.kD = k * factors.inverseD;
+  factors.ULD = factors.inverseD * mulAdd(body.m, perp(body.R), lambda);
 
-  const Vec2<Scalar>&UR = handle.UR, &ULD = handle.ULD;
-  shown.B = {mulAdd(-UR.x, ULD.x, body.m + B.xx), mulAdd(-UR.x, ULD.y, B.xy), mulAdd(-UR.y, ULD.x, B.yx),
-             mulAdd(-UR.y, ULD.y, body.m + B.yy)};
-  shown.h = handle.kD * UR;
-  shown.p = k * ULD;
-  shown.q = handle.kD * Dm;
-  return handle;
+  const Vec2<Scalar>&UR = factors.UR, &ULD = factors.ULD;
+  articulated.B = {mulAdd(-UR.x, ULD.x, body.m + B.xx), mulAdd(-UR.x, ULD.y, B.xy),
+                   mulAdd(-UR.y, ULD.x, B.yx), mulAdd(-UR.y, ULD.y, body.m + B.yy)};
+  articulated.h = factors.kD * UR;
+  articulated.p = k * ULD;
+  articulated.q = factors.kD * Dm;
+  return factors;
 }
 
 /// One body inwards, for a right-hand side: b and r of what hangs on its outer pin become those of what hangs
-/// on its inner one. Returns ε/D. bend: σ less that of the parent.
+/// on its inner one. Returns ε/D. relative: σ less that of the parent.
 template <class Scalar, class Real>
-Scalar carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar s, Scalar sigma,
-             Scalar bend, Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
-  const Scalar delta = -(body.k * bend);
-  const Scalar own = mulAdd(handle.Mv, rhoV, mulAdd(handle.Mq, sigma, delta - r));
-  const Scalar epsilonD = (own - dotMixed(perp(body.P), b)) * handle.inverseD;
-  b = mulAdd(epsilonD, handle.UR, mulAdd(-rhoV, handle.Ev, mulAdd(-sigma, handle.Eq, b)));
+Scalar carry(const BodyAt<Real>& body, const LinearFactors<Scalar>& factors, Scalar s, Scalar sigma,
+             Scalar relative, Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
+  const Scalar delta = -(body.k * relative);
+  const Scalar own = mulAdd(factors.Mv, rhoV, mulAdd(factors.Mq, sigma, delta - r));
+  const Scalar epsilonD = (own - dotMixed(perp(body.P), b)) * factors.inverseD;
+  b = mulAdd(epsilonD, factors.UR, mulAdd(-rhoV, factors.Ev, mulAdd(-sigma, factors.Eq, b)));
   r = mulAdd(-stiffness(body, s), epsilonD, delta);
   return epsilonD;
 }
@@ -161,12 +161,12 @@ struct Moving {
   Scalar parent{};
 
   template <class Real>
-  void pass(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar s, Scalar sigma, Scalar rhoV,
-            Scalar epsilonD) {
+  void pass(const BodyAt<Real>& body, const LinearFactors<Scalar>& factors, Scalar s, Scalar sigma,
+            Scalar rhoV, Scalar epsilonD) {
     const Vec2<Scalar> zP = turnScale(turnOf(body, s), body.P);
     const Vec2<Scalar> wP = turnScale(driftOf(body, sigma, rhoV), body.P);
-    const Scalar pulled = mulAdd(-handle.ULD.x, da.x, mulAdd(-handle.ULD.y, da.y, epsilonD));
-    parent = mulAdd(handle.kD, parent, pulled);
+    const Scalar pulled = mulAdd(-factors.ULD.x, da.x, mulAdd(-factors.ULD.y, da.y, epsilonD));
+    parent = mulAdd(factors.kD, parent, pulled);
     da = mulAdd(parent, zP, da + wP);
   }
 };

@@ -13,7 +13,7 @@ enum class LoadKind {
 
 /// The arrays that it stands in, n of each: e = exp(i θ_j); N: moments about the inner pins, N m; F: forces
 /// without gravity, N, ground components; and the acceleration of the ground pin less gravity, m/s².
-struct Outside {
+struct Loads {
   Rotation<double>* e;
   const double* N;
   const Vec2d* F;

@@ -9,7 +9,7 @@
 
 #include "dynamics/dynamics.h"
 #include "effects/effect_kind.h"
-#include "report/own.h"
+#include "report/own_methods.h"
 #include "report_build.h"
 #include "tools/common.h"
 

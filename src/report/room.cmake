@@ -1,5 +1,5 @@
 # Studies of speed and exactness, and the report that shows them.
-add_library(${PROJECT_NAME}_studies OBJECT src/report/contest.cpp src/report/own.cpp)
+add_library(${PROJECT_NAME}_studies OBJECT src/report/contest.cpp src/report/own_methods.cpp)
 target_link_libraries(${PROJECT_NAME}_studies ${PROJECT_NAME}_tools)
 add_tool(batches src/report/batches.cpp)
 add_tool(stability src/report/stability.cpp)

@@ -15,7 +15,7 @@
 #include "ode/explicit_runge_kutta.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/simulation.h"
-#include "report/own.h"
+#include "report/own_methods.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {

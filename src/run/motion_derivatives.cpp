@@ -154,8 +154,8 @@ void MotionDerivatives::stopHeldJoints(double t, const VectorXd& y) {
   VectorXd stops(n_), change(n_);
   for (int k = 0; k < 2 * n_; ++k) {
     for (int i = 0; i < n_; ++i) {
-      const bool isHeld = couplings.joints[index(i)].isPrescribed;
-      stops[i] = isHeld ? -coordinates.relative(columns_.col(k).data() + n_, i) : 0;
+      const bool isPrescribed = couplings.joints[index(i)].isPrescribed;
+      stops[i] = isPrescribed ? -coordinates.relative(columns_.col(k).data() + n_, i) : 0;
     }
     if (largest(stops) == 0) continue;
     motion_.change(still.data(), stops.data(), change.data());
@@ -273,7 +273,7 @@ void MotionDerivatives::pass(double t, const VectorXd& y) {
   enter();
   const Evaluation& at = motion_.at(t, y.data());
   const VectorXd after = Eigen::Map<const VectorXd>(at.slopes(), n_), jump = slopes_.tail(n_) - after;
-  constexpr double rounding = 1e-10;  // of accelerations, where f only bends
+  constexpr double rounding = 1e-10;  // of accelerations, where f has but a kink
   if (largest(jump) <= rounding * std::max(largest(after), largest(slopes_.tail(n_)))) return;
   // A torque moves the time at which a joint breaks loose by itself, too.
   for (int i = 0; i < n_; ++i) {

@@ -4,18 +4,18 @@
 #include <limits>
 
 #include "ode/methods.h"
-#include "run/ladder.h"
+#include "run/fallbacks.h"
 
 namespace planar_chain {
 
-Sampler::Sampler(const Scene& scene, Dynamics& dynamics, const Turns& turns)
+Sampler::Sampler(const Scene& scene, Dynamics& dynamics, const Windings& windings)
     : scene_(scene),
       dynamics_(dynamics),
-      turns_(turns),
+      windings_(windings),
       integrators_{makeIntegrator("dop853"), makeIntegrator("rodas5p"),
                    makeIntegrator(ode::hasFixedStep(scene.integrator.method) ? scene.integrator.method
                                                                              : "ros34pw2_fixed")},
-      start_(dynamics.arrangedSize()),
+      start_(dynamics.sizeInLaneOrder()),
       at_(start_),
       y_(dynamics.size()),
       q_(scene.q.size()),
@@ -29,7 +29,7 @@ std::unique_ptr<ode::Integrator> Sampler::makeIntegrator(const std::string& meth
 
 void Sampler::useTolerance() {
   for (const auto& each : integrators_) {
-    each->setTolerance(toleranceOf(scene_, 0, dynamics_).arrangedBy(dynamics_));
+    each->setTolerance(toleranceOf(scene_, 0, dynamics_).inLaneOrder(dynamics_));
   }
 }
 
@@ -93,12 +93,12 @@ void Sampler::moveTo(double t, const ode::State& from, const ode::State& to, con
 /// Takes the values of what is due now at a state.
 void Sampler::take(const ode::State& state) {
   const Eigen::Index n = scene_.chain.size();
-  dynamics_.restore(state.y.data(), y_.data());
+  dynamics_.toChainOrder(state.y.data(), y_.data());
   dynamics_.hold(state.t, y_.data());
   coordinates_.toRelative(y_.data(), q_.data());
   coordinates_.toRelative(y_.data() + n, qd_.data());
   dynamics_.hold(state.t, q_.data(), qd_.data());
-  turns_.addTo(q_);
+  windings_.addTo(q_);
   if (bank_.nextNeedsMotions()) dynamics_.linkMotions(state.t, y_.data(), motions_.data());
   bank_.take(q_, motions_.data());
 }

@@ -22,7 +22,7 @@
 
 #include "dynamics/dynamics.h"
 #include "ode/integrator.h"
-#include "run/turns.h"
+#include "run/windings.h"
 #include "sensors/sensor_bank.h"
 
 namespace planar_chain {
@@ -34,7 +34,7 @@ class Sampler {
   static constexpr int mostSteps = 1000;
 
   /// These must outlive this object. `dynamics` are those of the motion.
-  Sampler(const Scene& scene, Dynamics& dynamics, const Turns& turns);
+  Sampler(const Scene& scene, Dynamics& dynamics, const Windings& windings);
 
   SensorBank& bank() { return bank_; }
   /// The scene has another tolerance.
@@ -64,7 +64,7 @@ class Sampler {
 
   const Scene& scene_;
   Dynamics& dynamics_;
-  const Turns& turns_;
+  const Windings& windings_;
   const Coordinates coordinates_ = scene_.chain.coordinates();
   SensorBank bank_{scene_};
   /// dop853, rodas5p, and a method of fixed step, which takes one to any time. Each is tried after those

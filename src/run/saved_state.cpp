@@ -82,32 +82,32 @@ void Simulation::Parts::saveOrRestore(Snapshot& snapshot) {
     derivatives.reset();
     useTolerance();
   }
-  snapshot(dynamics, guard, turns, velocities);
-  saveOrRestoreLadder(snapshot);
-  snapshot(rung, goodChecks, rescueLength, pace, rescues, unchecked, switchedSince);
+  snapshot(dynamics, guard, windings, velocities);
+  saveOrRestoreFallbacks(snapshot);
+  snapshot(fallback, goodChecks, rescueLength, meanStep, rescues, unchecked, switchedSince);
   snapshot(state, y, q, qd, energyAtStart, actsOtherwise, fault);
   if (sampler) snapshot(*sampler);
 }
 
 /// A method keeps what it is made for beside the tolerance in force: `auto` its choice of methods, taylor its
 /// order.
-void Simulation::Parts::saveOrRestoreLadder(Snapshot& snapshot) {
-  for (std::size_t k = 0; k < rungs; ++k) {
-    double tolerance = ladder[k] ? madeFor[k] : 0;
+void Simulation::Parts::saveOrRestoreFallbacks(Snapshot& snapshot) {
+  for (std::size_t k = 0; k < fallbackCount; ++k) {
+    double tolerance = fallbacks[k] ? madeFor[k] : 0;
     snapshot(tolerance);
     if (tolerance == 0) {
-      ladder[k].reset();
+      fallbacks[k].reset();
       continue;
     }
-    if (!ladder[k] || madeFor[k] != tolerance) {
+    if (!fallbacks[k] || madeFor[k] != tolerance) {
       Scene then = scene;
       if (then.integrator.rateTolerance)
         *then.integrator.rateTolerance *= tolerance / then.integrator.tolerance;
       then.integrator.tolerance = tolerance;
       make(k, then);
-      ladder[k]->setTolerance(toleranceOf(scene, k, dynamics).arrangedBy(dynamics));
+      fallbacks[k]->setTolerance(toleranceOf(scene, k, dynamics).inLaneOrder(dynamics));
     }
-    ladder[k]->saveOrRestore(snapshot);
+    fallbacks[k]->saveOrRestore(snapshot);
   }
 }
 

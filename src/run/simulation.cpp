@@ -108,7 +108,7 @@ std::string Simulation::recursion() const {
 
 Statistics Simulation::statistics() const {
   Statistics statistics;
-  for (const auto& integrator : parts_->ladder) {
+  for (const auto& integrator : parts_->fallbacks) {
     if (!integrator) continue;
     statistics.steps += integrator->count().accepted;
     statistics.rejected += integrator->count().rejected;
@@ -131,7 +131,7 @@ EnergyBalance Simulation::energyBalance() const {
 }
 
 Vec2d Simulation::tipForce() {
-  return parts_->settled().tipForce(parts_->state.t, parts_->y.data());
+  return parts_->dynamicsForQuery().tipForce(parts_->state.t, parts_->y.data());
 }
 
 double Simulation::closureError() {
@@ -143,23 +143,23 @@ double Simulation::closureMargin() {
 }
 
 void Simulation::accelerations(double* qdd) {
-  parts_->settled().accelerations(parts_->state.t, parts_->y.data(), qdd);
+  parts_->dynamicsForQuery().accelerations(parts_->state.t, parts_->y.data(), qdd);
   parts_->coordinates.toRelative(qdd, qdd);
 }
 
 void Simulation::jointTorques(double* tau) {
-  parts_->settled().jointTorques(parts_->state.t, parts_->y.data(), tau);
+  parts_->dynamicsForQuery().jointTorques(parts_->state.t, parts_->y.data(), tau);
 }
 
 void Simulation::linkMotions(LinkMotion* motions) {
-  parts_->settled().linkMotions(parts_->state.t, parts_->y.data(), motions);
-  parts_->turns.addTo(motions);
+  parts_->dynamicsForQuery().linkMotions(parts_->state.t, parts_->y.data(), motions);
+  parts_->windings.addTo(motions);
 }
 
 std::vector<Measurement> Simulation::measure() {
   Parts& p = *parts_;
   if (!p.sampler) return {};
-  if (p.sampler->bank().next() <= p.state.t) p.settled();  // at time 0, of what acts from there on
+  if (p.sampler->bank().next() <= p.state.t) p.dynamicsForQuery();  // at time 0, of what acts from there on
   return p.sampler->measure(p.state);
 }
 
@@ -203,7 +203,8 @@ void Simulation::follow(int joint, MotionLaw law) {
                                   [joint](const Drive& one) { return one.joint == joint; });
   require(drive != scene_.drives.end(), "only a driven joint can follow a law");
   requireContinuation(law, time(), q()[index(joint)], qd()[index(joint)]);
-  for (Coupler* coupler : parts_->dynamics.effects().couplers()) coupler->follow(joint, law);
+  for (JointConstraint* jointConstraint : parts_->dynamics.effects().jointConstraints())
+    jointConstraint->follow(joint, law);
   drive->law = std::move(law);
   parts_->actOtherwise();
 }
@@ -214,7 +215,8 @@ void Simulation::followBase(BaseLaws laws) {
     const GivenMotion present = (*scene_.base.*law).at(time());
     requireContinuation(laws.*law, time(), present.value, present.rate);
   }
-  for (Coupler* coupler : parts_->dynamics.effects().couplers()) coupler->followBase(laws);
+  for (JointConstraint* jointConstraint : parts_->dynamics.effects().jointConstraints())
+    jointConstraint->followBase(laws);
   scene_.base = std::move(laws);
   parts_->actOtherwise();
 }

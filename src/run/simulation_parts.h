@@ -1,6 +1,6 @@
 #pragma once
 
-/// What a simulation is made of, and one step of its way: the dynamics, the ladder of methods, the guard on
+/// What a simulation is made of, and one step of its way: the dynamics, the methods in turn, the guard on
 /// the energy balance, and the state.
 
 #include <algorithm>
@@ -17,12 +17,12 @@
 #include "effects/motors.h"
 #include "planar_chain/simulation.h"
 #include "run/energy_guard.h"
-#include "run/ladder.h"
+#include "run/fallbacks.h"
 #include "run/motion_derivatives.h"
 #include "run/requirements.h"
 #include "run/sampler.h"
-#include "run/turns.h"
 #include "run/velocity_limits.h"
+#include "run/windings.h"
 
 namespace planar_chain {
 
@@ -35,17 +35,18 @@ struct Simulation::Parts {
   const Coordinates coordinates = scene.chain.coordinates();
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
-  std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
-  std::array<double, rungs> madeFor{};  ///< the tolerance when each was made
-  std::size_t rung = 0;
-  int goodChecks = 0, rescueLength = 1;  // checks since the ladder was climbed; to pass on a higher rung
-  Pace pace{leastPaceOf(scene.integrator)};
+  std::array<std::unique_ptr<ode::Integrator>, fallbackCount> fallbacks;
+  std::array<double, fallbackCount> madeFor{};  ///< the tolerance when each was made
+  std::size_t fallback = 0;
+  int goodChecks = 0,
+      rescueLength = 1;  // checks since a method failed; to pass before the scene's is tried again
+  MeanStep meanStep{leastMeanStepOf(scene.integrator)};
   long long rescues = 0, unchecked = 0;  // unchecked: steps since the last check of energy
   bool switchedSince = false;            // likewise
   EnergyGuard guard{scene, dynamics};
-  Turns turns{scene, dynamics.size()};
+  Windings windings{scene, dynamics.size()};
   VelocityLimits velocities{scene.chain};
-  ode::State state{dynamics.arrangedSize()};
+  ode::State state{dynamics.sizeInLaneOrder()};
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());  ///< the state in the order of the chain
   std::vector<double> q = scene.q, qd = scene.qd;
   double energyAtStart = 0;
@@ -59,8 +60,8 @@ struct Simulation::Parts {
 
   Parts(const Scene& given, int commandCapacity, bool measures)
       : scene(given), dynamics(scene, keep(makeCommands(scene.chain, commandCapacity))) {
-    if (measures && !scene.sensors.empty()) sampler = std::make_unique<Sampler>(scene, dynamics, turns);
-    climbTo(0);
+    if (measures && !scene.sensors.empty()) sampler = std::make_unique<Sampler>(scene, dynamics, windings);
+    useFallback(0);
   }
 
   std::unique_ptr<CommandEffect> keep(std::unique_ptr<CommandEffect> made) {
@@ -68,28 +69,28 @@ struct Simulation::Parts {
     return made;
   }
 
-  ode::Integrator& integrator() const { return *ladder[rung]; }
+  ode::Integrator& integrator() const { return *fallbacks[fallback]; }
 
   /// The scene has another tolerance.
   void useTolerance() {
-    for (std::size_t k = 0; k < rungs; ++k) {
-      if (ladder[k]) ladder[k]->setTolerance(toleranceOf(scene, k, dynamics).arrangedBy(dynamics));
+    for (std::size_t k = 0; k < fallbackCount; ++k) {
+      if (fallbacks[k]) fallbacks[k]->setTolerance(toleranceOf(scene, k, dynamics).inLaneOrder(dynamics));
     }
     if (sampler) sampler->useTolerance();
     guard.use(scene.integrator);
   }
 
   void make(std::size_t k, const Scene& of) {
-    ladder[k] = methodOf(of, k, dynamics);
+    fallbacks[k] = methodOf(of, k, dynamics);
     madeFor[k] = of.integrator.tolerance;
   }
-  void climbTo(std::size_t next) {
-    rung = next;
-    if (!ladder[rung]) make(rung, scene);
-    pace.begin(integrator().count(), state.t);
+  void useFallback(std::size_t next) {
+    fallback = next;
+    if (!fallbacks[fallback]) make(fallback, scene);
+    meanStep.begin(integrator().count(), state.t);
   }
 
-  void restore() { dynamics.restore(state.y.data(), y.data()); }
+  void restore() { dynamics.toChainOrder(state.y.data(), y.data()); }
 
   void set(std::vector<double> newQ, std::vector<double> newQd) {
     undoTrial();
@@ -103,13 +104,13 @@ struct Simulation::Parts {
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
 
-    turns.take(newQ, y.data());
+    windings.take(newQ, y.data());
     energyAtStart = dynamics.energy(state.t, y.data()).total();
     q = newQ;
     qd = newQd;
 
     y.tail(dynamics.works()).setZero();
-    dynamics.arrange(y.data(), state.y.data());
+    dynamics.toLaneOrder(y.data(), state.y.data());
     state.carry.setZero();
     fault.clear();
     derivatives.reset();
@@ -117,7 +118,7 @@ struct Simulation::Parts {
     guard.begin(state, y.data());
     unchecked = 0;
     switchedSince = false;
-    climbTo(0);
+    useFallback(0);
     rescueLength = 1;
 
     if (dynamics.begin(state.t, y.data())) takeChain();
@@ -126,13 +127,13 @@ struct Simulation::Parts {
   }
 
   /// Puts held joints exactly where they are.
-  void settle() {
+  void snapPrescribed() {
     if (dynamics.hold(state.t, y.data())) takeChain();
   }
 
   /// y is the state from now on.
   void takeChain() {
-    dynamics.arrange(y.data(), state.y.data());
+    dynamics.toLaneOrder(y.data(), state.y.data());
     if (unchecked == 0) guard.moveTo(state);
   }
 
@@ -145,7 +146,7 @@ struct Simulation::Parts {
   }
 
   /// The dynamics as of the last command: for a query.
-  Dynamics& settled() {
+  Dynamics& dynamicsForQuery() {
     if (actsOtherwise) {
       dynamics.remember();
       untried = y;
@@ -189,7 +190,7 @@ struct Simulation::Parts {
     return taken;
   }
 
-  /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
+  /// Some steps towards t; or, in trouble, none, and the next method.
   void advance(double t) {
     const double end = std::min(t, dynamics.effects().until());
     const ode::StepCount before = integrator().count();
@@ -213,7 +214,7 @@ struct Simulation::Parts {
       if (derivatives) derivatives->keep();
       unchecked = 0;
       switchedSince = false;
-      if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
+      if (windings.takeMore(dynamics, state, y)) guard.moveTo(state);
     }
 
     if (hasSwitched) {
@@ -227,18 +228,18 @@ struct Simulation::Parts {
     if (state.t >= dynamics.effects().until()) {
       actAnew();
     } else {
-      settle();
+      snapPrescribed();
     }
 
-    if (rung > 0 && unchecked == 0 && ++goodChecks >= rescueLength) {
-      climbTo(0);
+    if (fallback > 0 && unchecked == 0 && ++goodChecks >= rescueLength) {
+      useFallback(0);
       integrator().begin();
     } else if (isStuck()) {
-      rescueBy(rungs - 1);
+      rescueBy(fallbackCount - 1);
     }
   }
 
-  /// To the last good state, and on by the next rung of the ladder, if there is one.
+  /// To the last good state, and on by the next method, if there is one.
   void goBack(ode::Outcome outcome) {
     state = guard.lastGood();
     restore();
@@ -246,33 +247,33 @@ struct Simulation::Parts {
     if (sampler) sampler->bank().dropAfter(state.t);
     if (derivatives) derivatives->goBack();
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
-    if (rung + 1 == rungs) {
+    if (fallback + 1 == fallbackCount) {
       return describeFailure(fault, scene, state.t, y.data(), outcome, guard.gap(), dynamics, coordinates);
     }
     dynamics.reconsider(state.t, y.data());  // results for these times belong to other states
-    rescueBy(rung + 1);
+    rescueBy(fallback + 1);
   }
 
   void rescueBy(std::size_t next) {
-    if (rung == 0) rescueLength = std::min(2 * rescueLength, longestRescue);
+    if (fallback == 0) rescueLength = std::min(2 * rescueLength, longestRescue);
     ++rescues;
     goodChecks = 0;
-    climbTo(next);
+    useFallback(next);
     integrator().begin();
   }
 
   /// True if another method will be faster: the motion is stiff, or a stop ends unstable steps at once.
-  bool isStuck() { return rung + 1 < rungs && pace.isSlow(integrator().count(), state.t); }
+  bool isStuck() { return fallback + 1 < fallbackCount && meanStep.isSlow(integrator().count(), state.t); }
 
   /// Of saved_state.cpp. The scene's tolerance and laws are those of the state.
   void saveOrRestore(Snapshot& snapshot);
-  void saveOrRestoreLadder(Snapshot& snapshot);
+  void saveOrRestoreFallbacks(Snapshot& snapshot);
 
   void readRelative() {
     coordinates.toRelative(y.data(), q.data());
     coordinates.toRelative(y.data() + n, qd.data());
     dynamics.hold(state.t, q.data(), qd.data());
-    turns.addTo(q);
+    windings.addTo(q);
   }
 };
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ode/methods.h"
-#include "run/fastest_key.h"
+#include "run/stiffest_parameter.h"
 
 namespace planar_chain {
 
@@ -63,7 +63,7 @@ std::string StepBudget::reason() const {
   std::snprintf(text, sizeof text, " %.3g %s; ", tau[strongest], joints[strongest].isPrismatic ? "N" : "N m");
   why += text;
   const double step = (simulation_.time() - begin_) / static_cast<double>(std::max(made(), 1LL));
-  why += fastestKey(simulation_.scene(), simulation_.time(), step);
+  why += stiffestParameter(simulation_.scene(), simulation_.time(), step);
   constexpr double fine = 1e-10;
   if (simulation_.tolerance() > 0 && simulation_.tolerance() < fine) {
     std::snprintf(text, sizeof text, "the tolerance is %.3g, and below 1e-10 rounding may exceed it; ",

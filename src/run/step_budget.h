@@ -26,7 +26,7 @@ class StepBudget {
   bool isLeft() const { return made() < most(); }
 
   /// Returns why the run stops: the steps, the time, the fastest joint, the largest torque in a joint, and
-  /// fastestKey(). It evaluates the dynamics. Allocates.
+  /// stiffestParameter(). It evaluates the dynamics. Allocates.
   std::string reason() const;
 
  private:

@@ -91,8 +91,8 @@ void requireSeries(const Scene& scene, const Section& top) {
   for (const EffectKind* kind : effectKinds()) {
     const std::unique_ptr<Effect> effect = kind->make(scene);
     if (!effect) continue;
-    const bool holdsTip = effect->coupler() && effect->coupler()->holdsTip();
-    const bool couples = effect->coupler() && (isMixed || !holdsTip);
+    const bool holdsTip = effect->jointConstraint() && effect->jointConstraint()->holdsTip();
+    const bool couples = effect->jointConstraint() && (isMixed || !holdsTip);
     if (effect->hasSeries() && !(couples && scene.tip)) continue;
     SceneWords words;
     kind->summarize(scene, words);

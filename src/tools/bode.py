@@ -13,7 +13,7 @@ import os
 import sys
 
 from files import notes_by, require_outputs, require_picture, save_picture, scene_file, writing
-from given import read_numbers
+from user_input import read_numbers
 try:
     import numpy as np
 

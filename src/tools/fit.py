@@ -17,7 +17,7 @@ import sys
 
 from chain import scene_from
 from files import BadOutput, is_same, require_outputs, require_picture, save_picture, scene_file, tree_of, words_of, writing
-from given import read_number
+from user_input import read_number
 try:
     import yaml
 

@@ -12,7 +12,7 @@ import sys
 
 from chain import NoChain
 from files import notes_by, require_outputs, require_picture, save_picture, scene_file
-from given import read_numbers
+from user_input import read_numbers
 try:
     import numpy as np
 

@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 from chain import NoChain, read_chain
-from given import read_number, rows_of
+from user_input import read_number, rows_of
 from plot_runs import Runs
 from program import say
 from unread import opened, topics_of

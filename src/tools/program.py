@@ -17,7 +17,7 @@ for fd, name in enumerate(("stdin", "stdout", "stderr")):
 sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # pylint: disable=consider-using-with
 
 from files import words_of, writing
-from given import read_number, read_whole
+from user_input import read_number, read_whole
 
 
 def say(text):

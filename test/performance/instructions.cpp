@@ -90,9 +90,9 @@ class Chains {
         dynamics_(scene_),
         y_(Eigen::VectorXd::Zero(dynamics_.size())),
         slope_(y_),
-        rates_(Eigen::VectorXd::Zero(dynamics_.arrangedSize())),
+        rates_(Eigen::VectorXd::Zero(dynamics_.sizeInLaneOrder())),
         solution_(rates_),
-        complexRhs_(static_cast<std::size_t>(dynamics_.arrangedSize()), {1, 1}),
+        complexRhs_(static_cast<std::size_t>(dynamics_.sizeInLaneOrder()), {1, 1}),
         complexSolution_(complexRhs_) {
     double theta = 0, omega = 0;
     for (int i = 0; i < n_; ++i) {

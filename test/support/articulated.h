@@ -13,7 +13,7 @@ namespace planar_chain {
 template <class Real = double>
 class Articulated {
  public:
-  explicit Articulated(const Chain& chain) : replies_(index(chain.size())) {
+  explicit Articulated(const Chain& chain) : outwardTerms_(index(chain.size())) {
     bodies_.reserve(index(chain.size()));
     for (const Link& link : chain.links()) {
       bodies_.push_back({Real(link.mass),
@@ -32,18 +32,18 @@ class Articulated {
     Sym2<Real> A;
     Vec2<Real> b;
     for (int j = size() - 1; j >= 0; --j) {
-      const Turned<Real> body = turned(bodies_[index(j)], e[j], omega[j]);
-      const Handle<Real> handle = inwards<false>(body, N ? N[j] : Real(0), A, b);
+      const BodyPose<Real> body = bodyPose(bodies_[index(j)], e[j], omega[j]);
+      const Factors<Real> factors = inwards<false>(body, N ? N[j] : Real(0), A, b);
       if (F) b -= F[j];
-      replies_[index(j)] = replyOf(handle, body);
+      outwardTerms_[index(j)] = outwardTermsOf(factors, body);
     }
     Vec2<Real> a = ground;
-    for (int j = 0; j < size(); ++j) alpha[j] = outwards(replies_[index(j)], a);
+    for (int j = 0; j < size(); ++j) alpha[j] = outwards(outwardTerms_[index(j)], a);
   }
 
  private:
   std::vector<Body<Real>> bodies_;
-  std::vector<Reply<Real>> replies_;
+  std::vector<OutwardTerms<Real>> outwardTerms_;
 };
 
 }  // namespace planar_chain

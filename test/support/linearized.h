@@ -69,8 +69,8 @@ class Linearized {
   /// Factors s·1 − J at the state of the last linearize(). Allocates nothing.
   void factor(Scalar s) {
     s_ = s;
-    Shown<Scalar> shown;
-    for (int j = n_ - 1; j >= 0; --j) handles_[index(j)] = eliminate(bodies_[index(j)], s, shown);
+    LinearArticulatedTerms<Scalar> articulated;
+    for (int j = n_ - 1; j >= 0; --j) factors_[index(j)] = eliminate(bodies_[index(j)], s, articulated);
   }
 
   /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]; n values each, and the results may stand in the same place. Allocates
@@ -80,13 +80,13 @@ class Linearized {
     Scalar r{};
     for (int j = n_ - 1; j >= 0; --j) {
       const Scalar sigma = rhoQ[j] / s_;
-      const Scalar bend = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
-      epsilonD_[index(j)] = carry(bodies_[index(j)], handles_[index(j)], s_, sigma, bend, rhoV[j], b, r);
+      const Scalar relative = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
+      epsilonD_[index(j)] = carry(bodies_[index(j)], factors_[index(j)], s_, sigma, relative, rhoV[j], b, r);
     }
     Moving<Scalar> moving;
     for (int j = 0; j < n_; ++j) {
       const Scalar sigma = rhoQ[j] / s_;
-      moving.pass(bodies_[index(j)], handles_[index(j)], s_, sigma, rhoV[j], epsilonD_[index(j)]);
+      moving.pass(bodies_[index(j)], factors_[index(j)], s_, sigma, rhoV[j], epsilonD_[index(j)]);
       u[j] = sigma + moving.parent;
       v[j] = s_ * moving.parent;
     }
@@ -102,7 +102,7 @@ class Linearized {
         shared_(std::move(shared)),
         bodies_(*shared_),
         forces_(index(n_)),
-        handles_(index(n_)),
+        factors_(index(n_)),
         epsilonD_(index(n_)) {}
 
   int n_;
@@ -111,7 +111,7 @@ class Linearized {
   std::shared_ptr<std::vector<BodyAt<Real>>> shared_;
   std::vector<BodyAt<Real>>& bodies_;
   std::vector<Vec2<Real>> forces_;  ///< m × acceleration of the centre of mass less gravity
-  std::vector<LinearHandle<Scalar>> handles_;
+  std::vector<LinearFactors<Scalar>> factors_;
   std::vector<Scalar> epsilonD_;
 };
 

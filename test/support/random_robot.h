@@ -27,7 +27,7 @@ struct Part {
 
   bool moves() const { return type != "fixed"; }
   bool isFree() const { return type == "planar" || type == "floating"; }
-  bool slides() const { return type == "prismatic"; }
+  bool isPrismatic() const { return type == "prismatic"; }
 };
 
 inline Eigen::Matrix3d turnOf(const Eigen::Vector3d& rpy) {
@@ -68,7 +68,7 @@ inline std::vector<Part> randomRobot(int n, unsigned seed, const std::vector<std
     const Eigen::Matrix3d turn = turnOf(part.rpy);
     turns.push_back(parent < 0 ? turn : turns[static_cast<std::size_t>(parent)] * turn);
     part.axis = turns.back().transpose() * normal;
-    if (part.slides()) {
+    if (part.isPrismatic()) {
       part.axis = turns.back().transpose() * normal.cross(vectorOf(random, 1)).normalized();
     }
     part.mass = random.between(0.2, 3);
@@ -111,7 +111,7 @@ inline std::string urdfOf(const std::vector<Part>& parts) {
     three("rpy", part.rpy);
     out << "/><axis";
     three("xyz", part.axis);
-    if (part.slides()) out << "/><limit lower=\"-1e9\" upper=\"1e9\" effort=\"1e9\" velocity=\"1e9\"";
+    if (part.isPrismatic()) out << "/><limit lower=\"-1e9\" upper=\"1e9\" effort=\"1e9\" velocity=\"1e9\"";
     out << "/><dynamics damping=\"" << part.damping << "\"/></joint>\n";
   }
   out << "</robot>\n";

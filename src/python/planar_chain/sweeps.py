@@ -22,7 +22,7 @@ import zipfile
 import numpy as np
 
 from planar_chain import Scene, simulate_many
-from planar_chain.given import read_number, require_moving
+from planar_chain.user_input import read_number, require_moving
 
 
 LONGEST_WAIT = 20  # s, for a scheduler, and for its first worker

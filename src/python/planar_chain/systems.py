@@ -10,7 +10,7 @@ import functools
 import numpy as np
 
 from planar_chain import equations, linearize
-from planar_chain.given import read_number
+from planar_chain.user_input import read_number
 
 STEP = 1e-30   # of complex steps
 BASE = "x", "y", "angle"
@@ -80,8 +80,8 @@ def times(s, d):
 def link_frames(scene, z):
     """Yields origin and angle of each link. z: 3 × directions × (3 + n)."""
     place, angle = z[..., :2], z[..., 2]
-    for i, (slides, axis, pin) in enumerate(zip(scene.prismatic, scene.axes, scene.pins), 3):
-        if slides:
+    for i, (is_prismatic, axis, pin) in enumerate(zip(scene.prismatic, scene.axes, scene.pins), 3):
+        if is_prismatic:
             place = place + times(z[..., i], turned(angle, axis))
         else:
             angle = angle + z[..., i]

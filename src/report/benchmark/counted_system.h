@@ -16,10 +16,10 @@ class CountedSystem : public ode::SeriesSystem {
     ++evaluations;
     f_.derivative(t, y, dydt);
   }
-  int arrangedSize() const override { return f_.arrangedSize(); }
-  bool isArranged() const override { return f_.isArranged(); }
-  void arrange(const double* y, double* arranged) const override { f_.arrange(y, arranged); }
-  void restore(const double* arranged, double* y) const override { f_.restore(arranged, y); }
+  int sizeInLaneOrder() const override { return f_.sizeInLaneOrder(); }
+  bool hasOneOrder() const override { return f_.hasOneOrder(); }
+  void toLaneOrder(const double* y, double* laneOrdered) const override { f_.toLaneOrder(y, laneOrdered); }
+  void toChainOrder(const double* laneOrdered, double* y) const override { f_.toChainOrder(laneOrdered, y); }
   int positions() const override { return f_.positions(); }
   int places() const override { return f_.places(); }
   void rates(double t, const double* y, double* out) override {

@@ -60,10 +60,10 @@ int main() {
   const Chain chain = rods();
   ShortChain kernel(chain);
   std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)));
-  const Outside outside{e.data(), nullptr, nullptr, {0, 9.81}};
+  const Loads external{e.data(), nullptr, nullptr, {0, 9.81}};
   const auto inC = [&](int k) { QDD(0, relative[k].data(), relative[k].data() + n, found[k].data()); };
   const auto inKernel = [&](int k) {
-    kernel.derivative(LoadKind::nothing, outside, absolute[k].data(), known[k].data());
+    kernel.derivative(LoadKind::nothing, external, absolute[k].data(), known[k].data());
   };
 
   std::array<double, rounds> c{}, own{}, ratio{};  // by turns, as CPU speed drifts

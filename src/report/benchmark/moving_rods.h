@@ -15,18 +15,18 @@ struct MovingRods {
     for (const double q : posture.q) y.push_back(theta += q);
     for (const double qd : posture.qd) y.push_back(omega += qd);
     dydt.resize(y.size());
-    arrangedY = CacheLines(static_cast<std::size_t>(dynamics.arrangedSize()));
-    arrangedRates = CacheLines(static_cast<std::size_t>(dynamics.arrangedSize()));
-    dynamics.arrange(y.data(), arrangedY.data());
+    laneOrderedY = CacheLines(static_cast<std::size_t>(dynamics.sizeInLaneOrder()));
+    laneOrderedRates = CacheLines(static_cast<std::size_t>(dynamics.sizeInLaneOrder()));
+    dynamics.toLaneOrder(y.data(), laneOrderedY.data());
   }
 
   /// As the methods evaluate it at their stages.
-  void evaluate() { dynamics.rates(0, arrangedY.data(), arrangedRates.data() + dynamics.positions()); }
+  void evaluate() { dynamics.rates(0, laneOrderedY.data(), laneOrderedRates.data() + dynamics.positions()); }
 
   Scene scene;
   Dynamics dynamics;
-  std::vector<double> y, dydt;          ///< θ_1…θ_n ω_1…ω_n; ω_1…ω_n α_1…α_n
-  CacheLines arrangedY, arrangedRates;  ///< the same, arranged
+  std::vector<double> y, dydt;                ///< θ_1…θ_n ω_1…ω_n; ω_1…ω_n α_1…α_n
+  CacheLines laneOrderedY, laneOrderedRates;  ///< the same, in lane order
 };
 
 }  // namespace planar_chain::benchmarks

@@ -1,7 +1,7 @@
 #include "report/benchmark/moving_rods.h"
 #include "report/benchmark/peer.h"
 
-/// This program: Dynamics::rates, which every method calls, of an arranged state.
+/// This program: Dynamics::rates, which every method calls, of a state in lane order.
 
 namespace planar_chain::benchmarks {
 
@@ -13,7 +13,7 @@ class PlanarChain : public Peer {
   void place(const Posture& posture) override { rods_ = std::make_unique<MovingRods>(n_, posture); }
   void evaluate() override { rods_->evaluate(); }
   void read(double* qdd) const override {
-    rods_->dynamics.restore(rods_->arrangedRates.data(), rods_->dydt.data());
+    rods_->dynamics.toChainOrder(rods_->laneOrderedRates.data(), rods_->dydt.data());
     makeRelative(rods_->dydt.data() + n_, n_, qdd);
   }
 

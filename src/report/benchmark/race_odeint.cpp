@@ -4,7 +4,7 @@
 
 #include "report/benchmark/by_hand.h"
 #include "report/benchmark/race.h"
-#include "report/own.h"
+#include "report/own_methods.h"
 
 /// Boost.odeint's methods with error control, Fehlberg 7(8) if no other is named: under the equations that an
 /// expert writes by hand (closed form for two links and for a cart with a pole, else mass matrix and

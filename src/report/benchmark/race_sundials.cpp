@@ -8,7 +8,7 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include "report/benchmark/race.h"
-#include "report/own.h"
+#include "report/own_methods.h"
 
 /// SUNDIALS under this program's equations: CVODE (BDF with a dense Jacobian by differences, or Krylov's
 /// method for more than 100 links; Adams), ARKODE (Fehlberg's explicit pair of 8th order).

@@ -54,13 +54,13 @@ void registerDynamics(int n) {
   const std::pair<const char*, Work> works[] = {
       {"linearize",
        [](benchmark::State& state, int size, Dynamics& f, MovingRods& at) {
-         repeat(state, size, [&] { f.linearize(0, at.arrangedY.data(), at.arrangedRates.data()); });
+         repeat(state, size, [&] { f.linearize(0, at.laneOrderedY.data(), at.laneOrderedRates.data()); });
        }},
       {"factor", [](benchmark::State& state, int size, Dynamics& f,
                     MovingRods&) { repeat(state, size, [&] { f.factor(shift<double>); }); }},
       {"solve",
        [](benchmark::State& state, int size, Dynamics& f, MovingRods&) {
-         Sides<double> sides(f.arrangedSize());
+         Sides<double> sides(f.sizeInLaneOrder());
          f.factor(shift<double>);
          repeat(state, size, [&] { f.solve(sides.rhs.data(), sides.x.data()); });
        }},
@@ -69,7 +69,7 @@ void registerDynamics(int n) {
          repeat(state, size, [&] { f.factorComplex(0, shift<Complex>); });
        }},
       {"complex solve", [](benchmark::State& state, int size, Dynamics& f, MovingRods&) {
-         Sides<Complex> sides(f.arrangedSize());
+         Sides<Complex> sides(f.sizeInLaneOrder());
          f.factorComplex(0, shift<Complex>);
          repeat(state, size, [&] { f.solveComplex(0, sides.rhs.data(), sides.x.data()); });
        }}};
@@ -77,7 +77,7 @@ void registerDynamics(int n) {
     benchmark::RegisterBenchmark(nameOf("solve", what, n).c_str(), [n, work = work](benchmark::State& state) {
       MovingRods at(n, crooked(n));
       at.dynamics.reserve(1);
-      at.dynamics.linearize(0, at.arrangedY.data(), at.arrangedRates.data());
+      at.dynamics.linearize(0, at.laneOrderedY.data(), at.laneOrderedRates.data());
       work(state, n, at.dynamics, at);
     });
   }
@@ -90,11 +90,11 @@ struct SolverAt {
       : at(n, crooked(n)),
         real(at.scene.chain, inSegments),
         complex(real),
-        places(inSegments ? at.dynamics.arrangedSize() / 2 : n) {
+        places(inSegments ? at.dynamics.sizeInLaneOrder() / 2 : n) {
     at.dynamics.derivative(0, at.y.data(), at.dydt.data());
-    at.dynamics.arrange(at.dydt.data(), at.arrangedRates.data());
-    const double* y = inSegments ? at.arrangedY.data() : at.y.data();
-    const double* dydt = inSegments ? at.arrangedRates.data() : at.dydt.data();
+    at.dynamics.toLaneOrder(at.dydt.data(), at.laneOrderedRates.data());
+    const double* y = inSegments ? at.laneOrderedY.data() : at.y.data();
+    const double* dydt = inSegments ? at.laneOrderedRates.data() : at.dydt.data();
     std::vector<Rotation<double>> e(static_cast<std::size_t>(places));
     rotations(y, e.data(), places);
     real.linearize(e.data(), y + places, dydt + places, nullptr, nullptr);

@@ -25,8 +25,8 @@ constexpr int stepsCounted = 100;     // one update of local_stiffness.h among t
 class Stepped {
  public:
   Stepped(const std::string& method, int n, ode::SeriesSystem& f, const MovingRods& at)
-      : state_(f.arrangedSize()) {
-    std::copy_n(at.arrangedY.data(), f.arrangedSize(), state_.y.data());
+      : state_(f.sizeInLaneOrder()) {
+    std::copy_n(at.laneOrderedY.data(), f.sizeInLaneOrder(), state_.y.data());
     ode::Tolerance allowed{tolerance, Eigen::ArrayXd::Constant(2 * n, infinity)};
     allowed.ceiling.head(n) = 5;
     integrator_ = ode::makeMethod(method, f, interval, allowed);
@@ -65,15 +65,15 @@ const benchmark::UserCounters& callsOf(const std::string& method, int n) {
 /// Evaluations that each wait for the one before: the address of the next state depends on its result.
 void measureInARow(benchmark::State& state, int n) {
   MovingRods at(n, crooked(n));
-  const double* y = at.arrangedY.data();
-  double* rates = at.arrangedRates.data() + at.dynamics.positions();
-  const double& last = rates[at.dynamics.arrangedSize() - at.dynamics.positions() - 1];
+  const double* y = at.laneOrderedY.data();
+  double* rates = at.laneOrderedRates.data() + at.dynamics.positions();
+  const double& last = rates[at.dynamics.sizeInLaneOrder() - at.dynamics.positions() - 1];
   for (auto _ : state) {
     at.dynamics.rates(0, y, rates);
     y += std::isnan(last) ? 1 : 0;
     benchmark::ClobberMemory();
   }
-  if (y != at.arrangedY.data()) state.SkipWithError("not a number");
+  if (y != at.laneOrderedY.data()) state.SkipWithError("not a number");
   state.counters["ns_per_link"] = perLink(n);
 }
 

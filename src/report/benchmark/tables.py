@@ -136,7 +136,7 @@ def over_evaluations(results, method, evaluation, n):
 
 def steps(results):
     sizes = results.sizes('step')
-    ways = {'arranged': f'evaluation/crooked/{OURS}', 'in a row': 'in a row/evaluation',
+    ways = {'in lane order': f'evaluation/crooked/{OURS}', 'in a row': 'in a row/evaluation',
             'in order': 'in order/evaluation'}
     table('Evaluations side by side, that wait for each other, and of a state in the order of the chain, ns a link:',
           ['n'] + list(ways),

@@ -25,7 +25,7 @@
 #include "reading/section.h"
 #include "ros/bag/recorded_commands.h"
 #include "ros/messages/frames.h"
-#include "ros/messages/pace.h"
+#include "ros/messages/ticks.h"
 #include "ros/node/commands.h"
 #include "ros/view/drawing.h"
 #include "ros/view/messages.h"

@@ -153,8 +153,8 @@ class ExternalClock : public FollowedClock {
 /// A /clock that this node publishes: simulation time since the start, `factor` times as fast as wall time.
 class OwnClock : public Clock {
  public:
-  OwnClock(double rate, double factor, const std::string& pace)
-      : Clock(rate, factor, "its own /clock, " + pace),
+  OwnClock(double rate, double factor, const std::string& speed)
+      : Clock(rate, factor, "its own /clock, " + speed),
         out_(ros::NodeHandle().advertise<rosgraph_msgs::Clock>("/clock", queue)) {}
 
   long long firstTick() const override { return 1; }

@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "planar_chain/scene.h"
-#include "ros/messages/pace.h"
+#include "ros/messages/ticks.h"
 
 namespace planar_chain {
 

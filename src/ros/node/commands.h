@@ -23,8 +23,8 @@
 
 #include "planar_chain/fault.h"
 #include "planar_chain/simulation.h"
-#include "ros/messages/pace.h"
 #include "ros/messages/rests.h"
+#include "ros/messages/ticks.h"
 
 namespace planar_chain {
 

@@ -157,9 +157,9 @@ void Node::load(const Scene& scene) {
 /// As at the start.
 void Node::allowYielding() {
   const IntegratorSettings& settings = simulation_->scene().integrator;
-  pace_.reset();
+  toleranceControl_.reset();
   if (settings.loosestTolerance && !ode::hasFixedStep(settings.method)) {
-    pace_.emplace(settings.tolerance, *settings.loosestTolerance);
+    toleranceControl_.emplace(settings.tolerance, *settings.loosestTolerance);
   }
   load_ = stepsOfTick_ = stepsBefore_ = 0;
 }
@@ -225,7 +225,7 @@ double Node::runDueTicks() {
     restForRecorder();
     const double start = steadyTime();
     if (!tick()) return 0;
-    keepPace(steadyTime() - start);
+    controlTolerance(steadyTime() - start);
   }
   if (ticks_.next > due) return clock_->untilDue(ticks_.next);
   ++overruns_;
@@ -235,7 +235,7 @@ double Node::runDueTicks() {
 
 /// Call after a tick that took `work` s of wall time. Loosens the tolerance if ticks are late, and tightens
 /// it if there is time. If ticks stay late, logs recommendations.
-void Node::keepPace(double work) {
+void Node::controlTolerance(double work) {
   const double period = clock_->catchUpPause();
   if (period <= 0) return;  // no clock to keep pace with, or of an unknown speed
   const double delay = -clock_->untilDue(ticks_.next);
@@ -244,7 +244,7 @@ void Node::keepPace(double work) {
   load_ += share * (work / period - load_);
   stepsOfTick_ += share * (steps - std::exchange(stepsBefore_, steps) - stepsOfTick_);
   const double before = simulation_->tolerance();
-  const double next = pace_ ? pace_->after(work / period, delay, period) : before;
+  const double next = toleranceControl_ ? toleranceControl_->after(work / period, delay, period) : before;
   if (next != before) {
     CommandTaken input = inputOf(CommandTaken::TOLERANCE);
     input.tolerance = next;

@@ -21,11 +21,11 @@
 
 #include "planar_chain/simulation.h"
 #include "ros/messages/incoming.h"
-#include "ros/messages/pace.h"
 #include "ros/messages/rests.h"
+#include "ros/messages/ticks.h"
 #include "ros/node/clock.h"
 #include "ros/node/commands.h"
-#include "ros/node/tolerance_pace.h"
+#include "ros/node/tolerance_control.h"
 #include "ros/view/messages.h"
 
 namespace planar_chain {
@@ -71,7 +71,7 @@ class Node {
   void advertiseServices();
   double runDueTicks();
   void allowYielding();
-  void keepPace(double work);
+  void controlTolerance(double work);
   void showSetState();
   bool tick();
   bool serveDuringTicks();
@@ -122,10 +122,10 @@ class Node {
   std::pair<double, double> sampledAt_, skipped_;  ///< the same at the last sample, and while paused
   double motionEnd_ = 0;                           ///< s, of the scene's drives and base
   Every warnings_, advice_, clockWarnings_;
-  Rests rests_;                        ///< of ticks that are recorded
-  std::optional<TolerancePace> pace_;  ///< if the tolerance may yield
-  double load_ = 0, stepsOfTick_ = 0;  ///< of a tick, in the mean of about the last twenty
-  double stepsBefore_ = 0;             ///< all steps before the next tick
+  Rests rests_;                                       ///< of ticks that are recorded
+  std::optional<ToleranceControl> toleranceControl_;  ///< if the tolerance may yield
+  double load_ = 0, stepsOfTick_ = 0;                 ///< of a tick, in the mean of about the last twenty
+  double stepsBefore_ = 0;                            ///< all steps before the next tick
 };
 
 }  // namespace planar_chain

@@ -52,10 +52,11 @@ std::vector<Drive> drivesOf(const std::vector<std::string>& names, const std::ve
 }
 
 /// One trajectory of several motions, all from scene time `start` on.
-class Course {
+class CommandedTrajectory {
  public:
   /// topic: such as "joint_trajectory".
-  Course(const std::string& topic, const std::vector<Point>& points, double start, double now, Faults& faults)
+  CommandedTrajectory(const std::string& topic, const std::vector<Point>& points, double start, double now,
+                      Faults& faults)
       : topic_(topic), points_(points), start_(start), now_(now), faults_(faults) {}
 
   /// Adds the faults of the start, the times and the end.
@@ -177,18 +178,18 @@ std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, doubl
                           std::vector<Fault>& faults) {
   const std::vector<std::string>& names = message.joint_names;
   std::vector<Drive> laws = drivesOf(names, simulation.scene().drives, joints, faults);
-  const Course course("joint_trajectory", message.points, start, simulation.time(), faults);
+  const CommandedTrajectory trajectory("joint_trajectory", message.points, start, simulation.time(), faults);
   for (std::size_t k = 0; k < message.points.size(); ++k) {
     const Point& point = message.points[k];
     const auto check = [&](const char* part, const char* unit, const std::vector<double>& values) {
-      checkValues(faults, course.path(k) + "/" + part, part, unit, values, names.size());
+      checkValues(faults, trajectory.path(k) + "/" + part, part, unit, values, names.size());
     };
     check("positions", "rad", point.positions);
     if (!point.velocities.empty()) check("velocities", "rad/s", point.velocities);
     if (!point.accelerations.empty()) check("accelerations", "rad/s²", point.accelerations);
   }
-  course.check();
-  for (std::size_t i = 0; i < laws.size() && faults.empty(); ++i) course.lead(laws[i].law, i, "rad");
+  trajectory.check();
+  for (std::size_t i = 0; i < laws.size() && faults.empty(); ++i) trajectory.lead(laws[i].law, i, "rad");
   return laws;
 }
 
@@ -203,14 +204,14 @@ BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double 
   }
   double angle = laws.angle.at(std::max(start, simulation.time())).value;
   std::vector<Point> points;
-  const Course course("base_trajectory", points, start, simulation.time(), faults);
+  const CommandedTrajectory trajectory("base_trajectory", points, start, simulation.time(), faults);
   for (const BasePoint& point : message.points) {
-    points.push_back(planar(point, course.path(points.size()), angle, faults));
+    points.push_back(planar(point, trajectory.path(points.size()), angle, faults));
   }
-  course.check();
+  trajectory.check();
   std::size_t i = 0;
   for (MotionLaw* law : {&laws.x, &laws.y, &laws.angle}) {
-    if (faults.empty()) course.lead(*law, i++, law == &laws.angle ? "rad" : "m");
+    if (faults.empty()) trajectory.lead(*law, i++, law == &laws.angle ? "rad" : "m");
   }
   return laws;
 }

@@ -32,7 +32,7 @@
 #include <vector>
 
 #include "dynamics/pull.h"
-#include "ros/messages/pace.h"
+#include "ros/messages/ticks.h"
 #include "ros/node/parameters.h"
 #include "ros/view/drawing.h"
 #include "ros/view/sketch.h"

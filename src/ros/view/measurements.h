@@ -14,7 +14,7 @@
 
 #include "planar_chain/simulation.h"
 #include "ros/messages/frames.h"
-#include "ros/messages/pace.h"
+#include "ros/messages/ticks.h"
 
 namespace planar_chain {
 

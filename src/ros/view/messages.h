@@ -20,7 +20,7 @@
 
 #include "planar_chain/simulation.h"
 #include "ros/messages/frames.h"
-#include "ros/messages/pace.h"
+#include "ros/messages/ticks.h"
 #include "ros/view/measurements.h"
 #include "ros/view/views.h"
 

@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "dynamics/dynamics.h"
-#include "dynamics/entered.h"
+#include "dynamics/scene_snapshot.h"
 #include "lanes/segments.h"
 #include "planar_chain/batch.h"
 #include "planar_chain/kane.h"
@@ -86,8 +86,8 @@ class EffectLaws {
     return kane(scene_.chain, q, qd, activeForces(scene_, t_, q, qd)).qdd;
   }
 
-  /// True if a coupler gives the motion of the joint.
-  bool isHeld(int joint) const {
+  /// True if a joint constraint gives the motion of the joint.
+  bool isPrescribed(int joint) const {
     Couplings now(n_);
     dynamics_.effects().couple(t_, 0, now);
     return now.joints[index(joint)].isPrescribed;
@@ -104,23 +104,23 @@ class EffectLaws {
   void expectInverse() {
     dynamics_.reserve(1);
     VectorXd f(y_.size());
-    VectorXd arranged(dynamics_.arrangedSize()), at = arranged;
-    dynamics_.arrange(y_.data(), at.data());
-    dynamics_.linearize(t_, at.data(), arranged.data());
+    VectorXd laneOrdered(dynamics_.sizeInLaneOrder()), at = laneOrdered;
+    dynamics_.toLaneOrder(y_.data(), at.data());
+    dynamics_.linearize(t_, at.data(), laneOrdered.data());
     for (const double s : {3.0, 100.0}) {
       dynamics_.factor(s);
       VectorXd rhs = VectorXd::LinSpaced(y_.size(), 1, 2);
       for (int j = 0; j < n_; ++j) {
-        if (!isHeld(j)) continue;
+        if (!isPrescribed(j)) continue;
         for (const int row : {j, n_ + j}) {
           const int inner = coordinates_.inner(j);
           rhs[row] = inner >= 0 ? rhs[row - j + inner] : 0;
         }
       }
-      VectorXd rhsArranged(arranged.size()), xArranged(arranged.size()), x(y_.size());
-      dynamics_.arrange(rhs.data(), rhsArranged.data());
-      dynamics_.solve(rhsArranged.data(), xArranged.data());
-      dynamics_.restore(xArranged.data(), x.data());
+      VectorXd rhsLaneOrdered(laneOrdered.size()), xLaneOrdered(laneOrdered.size()), x(y_.size());
+      dynamics_.toLaneOrder(rhs.data(), rhsLaneOrdered.data());
+      dynamics_.solve(rhsLaneOrdered.data(), xLaneOrdered.data());
+      dynamics_.toChainOrder(xLaneOrdered.data(), x.data());
       const VectorXd Jx = difference(1e-4 / x.norm(), [&](double h) { return slope(t_, y_ + h * x); });
       const VectorXd rest = s * x - Jx - rhs;
       EXPECT_LT(rest.head(2 * n_).norm(), 1e-7 * (s * x.norm() + Jx.norm()))
@@ -133,7 +133,7 @@ class EffectLaws {
   void expectLinearModel() {
     const Eigen::MatrixXd A = linearModel(scene_, t_, q_, qd_).A;
     for (int j = 0; j < n_; ++j) {
-      if (isHeld(j)) continue;  // the dense equations know no other motion of it
+      if (isPrescribed(j)) continue;  // the dense equations know no other motion of it
       const VectorXd unit = VectorXd::Unit(n_, j);
       const VectorXd byAngle =
           difference(1e-4, [&](double h) { return denseAccelerations(q_ + h * unit, qd_); });
@@ -147,12 +147,12 @@ class EffectLaws {
   void expectTimeDerivative() {
     const VectorXd expected = difference(1e-4, [&](double h) { return slope(t_ + h, y_); });
     dynamics_.reserve(0);
-    VectorXd arranged(dynamics_.arrangedSize()), ft = arranged, at = arranged, own(y_.size());
-    dynamics_.arrange(y_.data(), at.data());
-    dynamics_.linearize(t_, at.data(), arranged.data());
+    VectorXd laneOrdered(dynamics_.sizeInLaneOrder()), ft = laneOrdered, at = laneOrdered, own(y_.size());
+    dynamics_.toLaneOrder(y_.data(), at.data());
+    dynamics_.linearize(t_, at.data(), laneOrdered.data());
     own.setZero();
     ft.setZero();
-    if (dynamics_.timeDerivative(ft.data())) dynamics_.restore(ft.data(), own.data());
+    if (dynamics_.timeDerivative(ft.data())) dynamics_.toChainOrder(ft.data(), own.data());
     EXPECT_LT((own - expected).norm(), 1e-7 * (1 + expected.norm()))
         << "∂f/∂t: variesWithTime, applyRates, couple";
   }
@@ -246,8 +246,8 @@ class EffectLaws {
   /// Dynamics has long chains in lanes; an evaluation has every chain in order.
   void expectLanes() {
     if (n_ <= ShortChain::most) return;
-    Entered entered(scene_, t_, q_, qd_);
-    const Evaluation& at = entered.evaluation();
+    SceneSnapshot snapshot(scene_, t_, q_, qd_);
+    const Evaluation& at = snapshot.evaluation();
     const VectorXd f = slope(t_, y_), alpha = VectorXd::Map(at.slopes(), n_);
     EXPECT_LT((f.segment(n_, n_) - alpha).norm(), 1e-9 * alpha.norm()) << "lanes: applyInLanes";
     if (dynamics_.works() == 0) return;

@@ -101,7 +101,7 @@ TEST(Complementarity, AgreesWithProjectedGaussSeidel) {
       std::vector<RestingJoint> joints = allStuck(n);
       mostRounds = std::max(mostRounds, findWhatSticks(chain, joints, false));
       EXPECT_LT((chain.lambda - chain.byIteration()).cwiseAbs().maxCoeff(), 1e-9) << n << " joints, " << seed;
-      for (const RestingJoint& one : joints) EXPECT_FALSE(one.isHeld);
+      for (const RestingJoint& one : joints) EXPECT_FALSE(one.mustStick);
     }
   }
   EXPECT_LT(mostRounds, 30);
@@ -126,7 +126,7 @@ TEST(Complementarity, EndsWhereRoundsGoInCircles) {
         std::vector<RestingJoint> joints = allStuck(n);
         findWhatSticks(chain, joints, oneByOne);
         for (const RestingJoint& one : joints) {
-          EXPECT_FALSE(one.isHeld) << n << " joints, " << seed;
+          EXPECT_FALSE(one.mustStick) << n << " joints, " << seed;
           EXPECT_LE(one.direction == 0 ? one.excess : one.wrong, 1e-9) << n << " joints, " << seed;
         }
       }

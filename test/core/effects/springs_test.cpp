@@ -76,28 +76,29 @@ TEST_P(SpringsOf, AreThoseOfTheFormula) {
   }
 }
 
-TEST_P(SpringsOf, AreTheSameArranged) {
+TEST_P(SpringsOf, AreTheSameInLaneOrder) {
   const Chain chain_ = chain();
   for (const simd::Kernel* kernel : simd::kernels()) {
-    const Arrangement order(chain_.size(), kernel);
-    const auto arranged = [&](const std::vector<double>& values) {
+    const LaneOrder order(chain_.size(), kernel);
+    const auto laneOrdered = [&](const std::vector<double>& values) {
       std::vector<double> all(static_cast<std::size_t>(order.places()));
-      order.arrange(values.data(), all.data());
+      order.toLaneOrder(values.data(), all.data());
       return all;
     };
     Springs springs(chain_), there(chain_, &order);
     EXPECT_EQ(there.empty(), springs.empty());
     EXPECT_EQ(there.dissipate(), springs.dissipate());
     if (springs.empty()) continue;
-    std::vector<double> N(row.n, 0.25), tau(row.n), arrangedN = arranged(N), arrangedTau = arranged(tau);
+    std::vector<double> N(row.n, 0.25), tau(row.n), laneOrderedN = laneOrdered(N),
+                                                    laneOrderedTau = laneOrdered(tau);
     const double lost = springs.apply(theta.data(), omega.data(), N.data());
-    EXPECT_NEAR(there.apply(arranged(theta).data(), arranged(omega).data(), arrangedN.data()), lost,
+    EXPECT_NEAR(there.apply(laneOrdered(theta).data(), laneOrdered(omega).data(), laneOrderedN.data()), lost,
                 1e-13 * lost);
     springs.addTorques(theta.data(), omega.data(), tau.data());
-    there.addTorques(arranged(theta).data(), arranged(omega).data(), arrangedTau.data());
-    EXPECT_EQ(arrangedN, arranged(N)) << order.lanes();
-    EXPECT_EQ(arrangedTau, arranged(tau)) << order.lanes();
-    EXPECT_NEAR(there.dissipationAlong(arranged(omega).data(), arranged(along).data()),
+    there.addTorques(laneOrdered(theta).data(), laneOrdered(omega).data(), laneOrderedTau.data());
+    EXPECT_EQ(laneOrderedN, laneOrdered(N)) << order.lanes();
+    EXPECT_EQ(laneOrderedTau, laneOrdered(tau)) << order.lanes();
+    EXPECT_NEAR(there.dissipationAlong(laneOrdered(omega).data(), laneOrdered(along).data()),
                 springs.dissipationAlong(omega.data(), along.data()), 1e-13 * lost);
   }
 }

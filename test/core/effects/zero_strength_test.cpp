@@ -224,7 +224,7 @@ Row rowOf(const JointKey& key) {
 bool isComparable(const Row& row) try {
   const Scene scene = row.with(randomScene(3, 1, {false, false, false}), trace);
   const Effects effects(scene);
-  return !effects.empty() && effects.couplers().empty() && effects.events().empty();
+  return !effects.empty() && effects.jointConstraints().empty() && effects.events().empty();
 } catch (const Refused&) {
   return false;  // the key needs others beside it
 }

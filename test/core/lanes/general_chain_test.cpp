@@ -166,9 +166,9 @@ Result<double> inLanes(Moving at, bool hasForces, const simd::Kernel& kernel, bo
   if (turns) std::fill(at.e.begin(), at.e.end(), Rotation<double>{});
   GeneralChain chain(at.chain, kernel, inSegments, at.moves);
   chain.take(at.laws.data());
-  const Outside outside{at.e.data(), at.N.data(), hasForces ? at.F.data() : nullptr, at.ground};
+  const Loads external{at.e.data(), at.N.data(), hasForces ? at.F.data() : nullptr, at.ground};
   EndForces<double> ends;
-  chain.accelerations(outside, turns ? at.angles.data() : nullptr, at.omega.data(), at.displaced.data(),
+  chain.accelerations(external, turns ? at.angles.data() : nullptr, at.omega.data(), at.displaced.data(),
                       at.turning, at.tip, result.alpha.data(), result.moments.data(), ends);
   result.take(ends, at.moves);
   return result;

@@ -63,47 +63,47 @@ TEST(Rotations, AreExactToAnUlpOrSoForAnyAngle) {
 }
 
 /// Where body j stands among the segments, side by side.
-std::size_t placeOf(std::size_t j, const Arrangement& order) {
+std::size_t placeOf(std::size_t j, const LaneOrder& order) {
   const auto steps = static_cast<std::size_t>(order.steps()), lanes = static_cast<std::size_t>(order.lanes());
   return j % steps * lanes + j / steps;
 }
 
 template <class T>
-std::vector<T> arranged(const std::vector<T>& values, const Arrangement& order, T beyond = {}) {
+std::vector<T> laneOrdered(const std::vector<T>& values, const LaneOrder& order, T beyond = {}) {
   std::vector<T> all(static_cast<std::size_t>(order.places()), beyond);
   for (std::size_t j = 0; j < values.size(); ++j) all[placeOf(j, order)] = values[j];
   return all;
 }
 
 template <class T>
-std::vector<T> restored(const T* all, std::size_t n, const Arrangement& order) {
+std::vector<T> restored(const T* all, std::size_t n, const LaneOrder& order) {
   std::vector<T> values;
   for (std::size_t j = 0; j < n; ++j) values.push_back(all[placeOf(j, order)]);
   return values;
 }
 
-TEST(Arrangement, PutsSegmentsSideBySide) {
+TEST(LaneOrder, PutsSegmentsSideBySide) {
   for (const simd::Kernel* kernel : simd::kernels()) {
     for (const int n : {1, 2, 3, 4, 5, 7, 8, 9, 13, 31, 63, 64, 65, 100, 127, 129, 1000, 1024, 4096}) {
-      const Arrangement order(n, kernel);
+      const LaneOrder order(n, kernel);
       ASSERT_GE(order.places(), n);
       std::vector<double> values;
       std::vector<Vec2d> vectors;
       for (int j = 1; j <= n; ++j) values.push_back(j), vectors.push_back({1.0 * j, -2.0 * j});
       std::vector<double> there(static_cast<std::size_t>(order.places()) + 1, std::nan("")),
           back(values.size() + 1, -1);
-      order.arrange(values.data(), there.data());
+      order.toLaneOrder(values.data(), there.data());
       ASSERT_TRUE(std::isnan(there.back())) << "written too far";
       there.pop_back();
-      ASSERT_EQ(there, arranged(values, order)) << kernel->name << " " << n;
-      order.restore(there.data(), back.data());
+      ASSERT_EQ(there, laneOrdered(values, order)) << kernel->name << " " << n;
+      order.toChainOrder(there.data(), back.data());
       ASSERT_EQ(back.back(), -1) << "written too far";
       back.pop_back();
       ASSERT_EQ(back, values) << kernel->name << " " << n;
 
       std::vector<Vec2d> vectorsThere(there.size(), {1, 1});
-      order.arrange(vectors.data(), vectorsThere.data());
-      ASSERT_EQ(vectorsThere, arranged(vectors, order));
+      order.toLaneOrder(vectors.data(), vectorsThere.data());
+      ASSERT_EQ(vectorsThere, laneOrdered(vectors, order));
     }
   }
 }
@@ -171,16 +171,16 @@ double errorOf(const std::vector<double>& alpha, const std::vector<long double>&
 std::vector<double> bySegments(const Moving& moving, const simd::Kernel* kernel, const double* N,
                                const Vec2d* F, Vec2d ground) {
   Segments segments(moving.chain, kernel);
-  const Arrangement& order = segments.arrangement();
-  const auto e = arranged(moving.e, order, {1, 0});
-  const auto omega = arranged(moving.omega, order);
-  const auto moments = N ? arranged(moving.N, order) : std::vector<double>();
-  const auto forces = F ? arranged(moving.F, order) : std::vector<Vec2d>();
+  const LaneOrder& order = segments.laneOrder();
+  const auto e = laneOrdered(moving.e, order, {1, 0});
+  const auto omega = laneOrdered(moving.omega, order);
+  const auto moments = N ? laneOrdered(moving.N, order) : std::vector<double>();
+  const auto forces = F ? laneOrdered(moving.F, order) : std::vector<Vec2d>();
   std::vector<double> alpha(e.size(), std::nan(""));
   segments.accelerations(e.data(), omega.data(), N ? moments.data() : nullptr, F ? forces.data() : nullptr,
                          ground, alpha.data());
   std::vector<double> inOrder = restored(alpha.data(), moving.e.size(), order);
-  EXPECT_EQ(arranged(inOrder, order), alpha) << "0 beyond the end";
+  EXPECT_EQ(laneOrdered(inOrder, order), alpha) << "0 beyond the end";
   return inOrder;
 }
 
@@ -379,23 +379,23 @@ template <class Scalar>
 std::vector<Scalar> solution(LinearizedSegments<double>& real, LinearizedSegments<Scalar>& solver,
                              const Linear& at, Scalar s, bool inPlace) {
   const std::size_t n = at.alpha.size();
-  const Arrangement& order = solver.arrangement();
-  real.setJoints(arranged(at.k, order).data(), arranged(at.d, order).data());
-  real.linearize(arranged(at.moving.e, order, {1, 0}).data(), arranged(at.moving.omega, order).data(),
-                 arranged(at.alpha, order).data(), arranged(at.moving.F, order).data(),
-                 arranged(at.XF, order).data());
+  const LaneOrder& order = solver.laneOrder();
+  real.setJoints(laneOrdered(at.k, order).data(), laneOrdered(at.d, order).data());
+  real.linearize(laneOrdered(at.moving.e, order, {1, 0}).data(), laneOrdered(at.moving.omega, order).data(),
+                 laneOrdered(at.alpha, order).data(), laneOrdered(at.moving.F, order).data(),
+                 laneOrdered(at.XF, order).data());
   solver.factor(s);
   const std::vector<Scalar> side = randomSide<Scalar>(2 * n);
   const auto half = static_cast<std::ptrdiff_t>(n);
-  std::vector<Scalar> x = arranged(std::vector<Scalar>(side.begin(), side.begin() + half), order);
-  const std::vector<Scalar> rates = arranged(std::vector<Scalar>(side.begin() + half, side.end()), order);
+  std::vector<Scalar> x = laneOrdered(std::vector<Scalar>(side.begin(), side.begin() + half), order);
+  const std::vector<Scalar> rates = laneOrdered(std::vector<Scalar>(side.begin() + half, side.end()), order);
   const std::size_t places = x.size();
   x.insert(x.end(), rates.begin(), rates.end());
   std::vector<Scalar> apart(inPlace ? 0 : x.size());
   Scalar* to = inPlace ? x.data() : apart.data();
   solver.solve(x.data(), x.data() + places, to, to + places);
   std::vector<Scalar> found = restored(to, n, order);
-  EXPECT_EQ(arranged(found, order), std::vector<Scalar>(to, to + places)) << "0 beyond the end";
+  EXPECT_EQ(laneOrdered(found, order), std::vector<Scalar>(to, to + places)) << "0 beyond the end";
   const std::vector<Scalar> v = restored(to + places, n, order);
   found.insert(found.end(), v.begin(), v.end());
   return found;

@@ -30,7 +30,7 @@ void compare(int links, unsigned seed, double share) {
     const double q = random.between(-3, 3), rate = random.between(-2, 2);
     const bool sticks = random.between(0, 1) < share;
     couplings.joints[j].isPrescribed = sticks;
-    couplings.held[j].value = q;
+    couplings.prescribed[j].value = q;
     theta[j] = (j > 0 ? theta[j - 1] : 0) + q;
     omega[j] = (j > 0 ? omega[j - 1] : 0) + (sticks ? 0 : rate);
     e[j] = Rotation<double>::of(theta[j]);

@@ -19,10 +19,10 @@ namespace {
 /// The test system from the end to its beginning, with a place between any two.
 class Reordered : public test::TestSystem {
  public:
-  int arrangedSize() const override { return 2 * size() - 1; }
-  bool isArranged() const override { return false; }
-  void arrange(const double* y, double* arranged) const override { arrangeAll(y, arranged); }
-  void restore(const double* arranged, double* y) const override { restoreAll(arranged, y); }
+  int sizeInLaneOrder() const override { return 2 * size() - 1; }
+  bool hasOneOrder() const override { return false; }
+  void toLaneOrder(const double* y, double* laneOrdered) const override { allToLaneOrder(y, laneOrdered); }
+  void toChainOrder(const double* laneOrdered, double* y) const override { allToChainOrder(laneOrdered, y); }
 
   void rates(double t, const double* y, double* out) override {
     passOn<double>(y, out, [&](const double* from, double* to) { TestSystem::derivative(t, from, to); });
@@ -33,7 +33,7 @@ class Reordered : public test::TestSystem {
   bool timeDerivative(double* ft) override {
     double inOrder[3];
     TestSystem::timeDerivative(inOrder);
-    arrangeAll(inOrder, ft);
+    allToLaneOrder(inOrder, ft);
     return true;
   }
   void solve(const double* rhs, double* x) override {
@@ -46,19 +46,19 @@ class Reordered : public test::TestSystem {
 
  private:
   template <class Number>
-  static void arrangeAll(const Number* y, Number* arranged) {
-    for (int i = 0; i < 5; ++i) arranged[i] = i % 2 == 0 ? y[2 - i / 2] : Number(0);
+  static void allToLaneOrder(const Number* y, Number* laneOrdered) {
+    for (int i = 0; i < 5; ++i) laneOrdered[i] = i % 2 == 0 ? y[2 - i / 2] : Number(0);
   }
   template <class Number>
-  static void restoreAll(const Number* arranged, Number* y) {
-    for (int i = 0; i < 3; ++i) y[i] = arranged[2 * (2 - i)];
+  static void allToChainOrder(const Number* laneOrdered, Number* y) {
+    for (int i = 0; i < 3; ++i) y[i] = laneOrdered[2 * (2 - i)];
   }
   template <class Number, class F>
   static void passOn(const Number* from, Number* to, F f) {
     Number given[3], found[3];
-    restoreAll(from, given);
+    allToChainOrder(from, given);
     f(given, found);
-    arrangeAll(found, to);
+    allToLaneOrder(found, to);
   }
 };
 
@@ -148,7 +148,7 @@ TEST(Order, MakesNoDifferenceToTheLocalStiffnessOfAChain) {
     LocalStiffness expected(plain), found(dynamics);
     for (int k = 0; k < 3; ++k) expected.update(0, y), found.update(0, State(dynamics, y).y);
     EXPECT_NEAR(found.largestEigenvalue(), expected.largestEigenvalue(), 1e-9 * expected.largestEigenvalue());
-    State noise(dynamics.arrangedSize());
+    State noise(dynamics.sizeInLaneOrder());
     noise.y = found.noise();
     EXPECT_EQ(noise.restoredBy(dynamics), expected.noise()) << n;
   }

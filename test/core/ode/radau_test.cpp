@@ -203,7 +203,7 @@ TEST(Radau, DampsWhatIsStiffInOneStep) {
 
 TEST(Radau, SolvesWithComplexShiftsWorksIncluded) {
   // (s − J) x = rhs, J x by differences of f along the real and the imaginary part of x. Link by link and
-  // arranged in segments.
+  // in lane order, in segments.
   for (const int n : {5, 20, 70}) {
     const Scene scene = planar_chain::test::randomScene(n, 77);
     Dynamics dynamics(scene);
@@ -216,29 +216,29 @@ TEST(Radau, SolvesWithComplexShiftsWorksIncluded) {
     }
     const double t = 0.2, h = 1e-6;
     dynamics.reserve(2);
-    Eigen::VectorXd arranged(dynamics.arrangedSize()), f(arranged);
-    dynamics.arrange(y.data(), arranged.data());
-    dynamics.linearize(t, arranged.data(), f.data());
+    Eigen::VectorXd laneOrdered(dynamics.sizeInLaneOrder()), f(laneOrdered);
+    dynamics.toLaneOrder(y.data(), laneOrdered.data());
+    dynamics.linearize(t, laneOrdered.data(), f.data());
     const Complex shifts[] = {{20, 30}, {5, -3}};
     for (int k = 0; k < 2; ++k) dynamics.factorComplex(k, shifts[k]);
     for (int k = 0; k < 2; ++k) {
-      Eigen::VectorXcd rhs(size), x(size), arrangedX(dynamics.arrangedSize());
+      Eigen::VectorXcd rhs(size), x(size), laneOrderedX(dynamics.sizeInLaneOrder());
       rhs.real() = Eigen::VectorXd::LinSpaced(size, -1, 1);
       rhs.imag() = Eigen::VectorXd::LinSpaced(size, 2, -1);
       const auto part = [&](const Eigen::VectorXd& values) {
-        dynamics.arrange(values.data(), arranged.data());
-        return arranged;
+        dynamics.toLaneOrder(values.data(), laneOrdered.data());
+        return laneOrdered;
       };
-      arrangedX.real() = part(rhs.real());
-      arrangedX.imag() = part(rhs.imag());
-      dynamics.solveComplex(k, arrangedX.data(), arrangedX.data());
+      laneOrderedX.real() = part(rhs.real());
+      laneOrderedX.imag() = part(rhs.imag());
+      dynamics.solveComplex(k, laneOrderedX.data(), laneOrderedX.data());
       const auto restored = [&](const Eigen::VectorXd& values) {
         Eigen::VectorXd inOrder(size);
-        dynamics.restore(values.data(), inOrder.data());
+        dynamics.toChainOrder(values.data(), inOrder.data());
         return inOrder;
       };
-      x.real() = restored(arrangedX.real());
-      x.imag() = restored(arrangedX.imag());
+      x.real() = restored(laneOrderedX.real());
+      x.imag() = restored(laneOrderedX.imag());
       const auto along = [&](const Eigen::VectorXd& direction) {
         Eigen::VectorXd shifted = y + h * direction;
         dynamics.derivative(t, shifted.data(), plus.data());

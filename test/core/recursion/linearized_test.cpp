@@ -203,7 +203,7 @@ TEST(ExactSolve, LosesNothingToStiffSprings) {
 
 TEST(ExactSolve, KnowsWorksAndTime) {
   // Sines and ramps: ∂f/∂t, and the rows of the supplied and dissipated work, against differences. Link by
-  // link and arranged in segments.
+  // link and in lane order, in segments.
   for (const int n : {5, 20, 70}) {
     const Scene scene = test::randomScene(n, 77);
     Dynamics dynamics(scene);
@@ -213,30 +213,30 @@ TEST(ExactSolve, KnowsWorksAndTime) {
     ASSERT_EQ(size, 2 * n + 2);
     Eigen::VectorXd y = Eigen::VectorXd::Zero(size), ft(size), plus(size), minus(size);
     y.head(2 * n) = stateOf(scene);
-    const auto arranged = [&](const Eigen::VectorXd& values) {
-      Eigen::VectorXd all = Eigen::VectorXd::Constant(dynamics.arrangedSize(), std::nan(""));
-      dynamics.arrange(values.data(), all.data());
+    const auto laneOrdered = [&](const Eigen::VectorXd& values) {
+      Eigen::VectorXd all = Eigen::VectorXd::Constant(dynamics.sizeInLaneOrder(), std::nan(""));
+      dynamics.toLaneOrder(values.data(), all.data());
       return all;
     };
     const double t = 0.2, h = 1e-6;
-    Eigen::VectorXd f = arranged(y), arrangedTime = f;
-    dynamics.linearize(t, arranged(y).data(), f.data());
-    ASSERT_TRUE(dynamics.timeDerivative(arrangedTime.data()));
-    dynamics.restore(arrangedTime.data(), ft.data());
-    EXPECT_EQ(arranged(ft), arrangedTime) << "0 beyond the end";
+    Eigen::VectorXd f = laneOrdered(y), laneOrderedTime = f;
+    dynamics.linearize(t, laneOrdered(y).data(), f.data());
+    ASSERT_TRUE(dynamics.timeDerivative(laneOrderedTime.data()));
+    dynamics.toChainOrder(laneOrderedTime.data(), ft.data());
+    EXPECT_EQ(laneOrdered(ft), laneOrderedTime) << "0 beyond the end";
     dynamics.derivative(t + h, y.data(), plus.data());
     dynamics.derivative(t - h, y.data(), minus.data());
     EXPECT_LT(((plus - minus) / (2 * h) - ft).norm(), 1e-7 * ft.norm()) << n;
     dynamics.derivative(t, y.data(), plus.data());
-    EXPECT_EQ(arranged(plus), f) << n;
+    EXPECT_EQ(laneOrdered(plus), f) << n;
 
     const Eigen::VectorXd rhs = Eigen::VectorXd::LinSpaced(size, -1, 1);
-    Eigen::VectorXd inPlace = arranged(rhs), x(size);
+    Eigen::VectorXd inPlace = laneOrdered(rhs), x(size);
     const double s = 20;
     dynamics.factor(s);
     dynamics.solve(inPlace.data(), inPlace.data());
-    dynamics.restore(inPlace.data(), x.data());
-    EXPECT_EQ(arranged(x), inPlace) << "0 beyond the end";
+    dynamics.toChainOrder(inPlace.data(), x.data());
+    EXPECT_EQ(laneOrdered(x), inPlace) << "0 beyond the end";
     Eigen::VectorXd shifted = y + h * x;
     dynamics.derivative(t, shifted.data(), plus.data());
     shifted = y - h * x;

@@ -1,4 +1,4 @@
-/// The guard: what it sees, what the ladder does about it, and that it leaves good runs alone.
+/// The guard: what it sees, what the fallbacks do about it, and that it leaves good runs alone.
 
 #include "run/energy_guard.h"
 

@@ -132,7 +132,7 @@ struct Stepped {
     toAbsolute(scene.q.data(), n, y.data());
     toAbsolute(scene.qd.data(), n, y.data() + n);
     ode::Tolerance tolerance{1e-7, Eigen::ArrayXd::Constant(2 * n, 4.0), n};
-    integrator = ode::stepsToEvents(ode::makeMethod("dopri5", *dynamics, 0, tolerance.arrangedBy(*dynamics)),
+    integrator = ode::stepsToEvents(ode::makeMethod("dopri5", *dynamics, 0, tolerance.inLaneOrder(*dynamics)),
                                     dynamics->effects().events(), *dynamics);
     dynamics->enter(0);
     dynamics->enterState(0, y.data());
@@ -141,13 +141,13 @@ struct Stepped {
   }
   void settle() {
     dynamics->hold(state.t, y.data());
-    dynamics->arrange(y.data(), state.y.data());
+    dynamics->toLaneOrder(y.data(), state.y.data());
   }
   void advance() {
     const auto outcome =
         integrator->advance(state, dynamics->effects().until(), dynamics->effects().longestStep());
     ASSERT_FALSE(ode::hasFailed(outcome));
-    dynamics->restore(state.y.data(), y.data());
+    dynamics->toChainOrder(state.y.data(), y.data());
     if (outcome == ode::Outcome::switched) {
       ++switches;
       dynamics->fire(state.t, y.data(), integrator->event());
@@ -159,7 +159,7 @@ struct Stepped {
   const Scene scene;
   const std::unique_ptr<Dynamics> dynamics;
   Eigen::VectorXd y;
-  ode::State state{dynamics->arrangedSize()};
+  ode::State state{dynamics->sizeInLaneOrder()};
   std::unique_ptr<ode::Integrator> integrator;
   int switches = 0;
 };

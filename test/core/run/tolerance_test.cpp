@@ -10,7 +10,7 @@
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "ros/messages/rests.h"
-#include "ros/node/tolerance_pace.h"
+#include "ros/node/tolerance_control.h"
 #include "support/random_scene.h"
 
 namespace planar_chain {
@@ -85,35 +85,35 @@ TEST(Tolerance, IsTheSameInAllUnitsOfMass) {
 
 constexpr double period = 0.005;  // s
 
-TEST(TolerancePace, YieldsByTensWhileTicksAreLate) {
-  TolerancePace pace(1e-6, 5e-4);
-  EXPECT_EQ(pace.after(3, 0.005, period), 1e-6) << "late by less than the operating system may take";
-  EXPECT_EQ(pace.after(0.5, 0.02, period), 1e-6) << "late, but faster than the clock";
-  EXPECT_DOUBLE_EQ(pace.after(3, 0.02, period), 1e-5);
-  EXPECT_DOUBLE_EQ(pace.after(3, 0.03, period), 1e-4);
-  EXPECT_EQ(pace.after(3, 0.04, period), 5e-4);
-  EXPECT_EQ(pace.after(3, 0.05, period), 5e-4) << "the loosest";
+TEST(ToleranceControl, YieldsByTensWhileTicksAreLate) {
+  ToleranceControl control(1e-6, 5e-4);
+  EXPECT_EQ(control.after(3, 0.005, period), 1e-6) << "late by less than the operating system may take";
+  EXPECT_EQ(control.after(0.5, 0.02, period), 1e-6) << "late, but faster than the clock";
+  EXPECT_DOUBLE_EQ(control.after(3, 0.02, period), 1e-5);
+  EXPECT_DOUBLE_EQ(control.after(3, 0.03, period), 1e-4);
+  EXPECT_EQ(control.after(3, 0.04, period), 5e-4);
+  EXPECT_EQ(control.after(3, 0.05, period), 5e-4) << "the loosest";
 }
 
 /// s of ticks in time of this load until the tolerance changes; 100 if it does not.
-double timeUntilChange(TolerancePace& pace, double load) {
-  const double before = pace.after(load, -0.001, period);
+double timeUntilChange(ToleranceControl& control, double load) {
+  const double before = control.after(load, -0.001, period);
   for (int k = 1; k < 20000; ++k) {
-    if (pace.after(load, -0.001, period) != before) return k * period;
+    if (control.after(load, -0.001, period) != before) return k * period;
   }
   return 100;
 }
 
-TEST(TolerancePace, ComesBackWhenThereIsTimeAndLaterAfterAFailure) {
-  TolerancePace pace(1e-6, 1e-2);
-  pace.after(3, 0.02, period);
-  EXPECT_EQ(timeUntilChange(pace, 0.5), 100) << "ten times tighter might be too much";
-  EXPECT_LT(timeUntilChange(pace, 0.1), 100);
-  EXPECT_EQ(timeUntilChange(pace, 0.1), 100) << "it is as wanted";
-  pace.after(3, 0.02, period);
-  EXPECT_NEAR(timeUntilChange(pace, 0.1), 1, 2 * period);
-  pace.after(3, 0.02, period);
-  EXPECT_NEAR(timeUntilChange(pace, 0.1), 2, 2 * period) << "it came back too early";
+TEST(ToleranceControl, ComesBackWhenThereIsTimeAndLaterAfterAFailure) {
+  ToleranceControl control(1e-6, 1e-2);
+  control.after(3, 0.02, period);
+  EXPECT_EQ(timeUntilChange(control, 0.5), 100) << "ten times tighter might be too much";
+  EXPECT_LT(timeUntilChange(control, 0.1), 100);
+  EXPECT_EQ(timeUntilChange(control, 0.1), 100) << "it is as wanted";
+  control.after(3, 0.02, period);
+  EXPECT_NEAR(timeUntilChange(control, 0.1), 1, 2 * period);
+  control.after(3, 0.02, period);
+  EXPECT_NEAR(timeUntilChange(control, 0.1), 2, 2 * period) << "it came back too early";
 }
 
 TEST(Advice, NamesWhatHelps) {

@@ -39,7 +39,7 @@ struct InSpace {
 InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q, const Matrix3d& plane) {
   struct Axis {
     Vector3d at, along;
-    bool slides = false;
+    bool isPrismatic = false;
   };
   struct Place {
     Vector3d at;
@@ -58,7 +58,7 @@ InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q, const M
       place.axes.push_back({place.at, plane.col(i), true});
       place.at += q[joints++] * plane.col(i);
     }
-    if (part.slides()) {
+    if (part.isPrismatic()) {
       place.axes.push_back({place.at, place.turn * part.axis, true});
       place.at += q[joints++] * place.turn * part.axis;
     } else if (part.moves()) {
@@ -71,9 +71,9 @@ InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q, const M
     MatrixXd v = MatrixXd::Zero(3, q.size()), w = v;
     for (std::size_t i = 0; i < place.axes.size(); ++i) {
       const auto column = static_cast<Eigen::Index>(i);
-      const auto& [at, along, slides] = place.axes[i];
-      v.col(column) = slides ? along : along.cross(com - at);
-      if (!slides) w.col(column) = along;
+      const auto& [at, along, isPrismatic] = place.axes[i];
+      v.col(column) = isPrismatic ? along : along.cross(com - at);
+      if (!isPrismatic) w.col(column) = along;
     }
     sum.M += part.mass * v.transpose() * v + w.transpose() * inertia * w;
     sum.weight += v.transpose() * Vector3d(0, 0, -9.81 * part.mass);
@@ -87,7 +87,7 @@ Matrix3d planeOf(const std::vector<test::Part>& parts) {
   Matrix3d turn = Matrix3d::Identity(), plane = turn;
   for (const test::Part& part : parts) {  // each hangs on the one before
     turn *= test::turnOf(part.rpy);
-    if (part.moves() && !part.slides()) plane.col(2) = turn * part.axis;
+    if (part.moves() && !part.isPrismatic()) plane.col(2) = turn * part.axis;
   }
   plane.col(1) = (Vector3d::UnitZ() - plane(2, 2) * plane.col(2)).normalized();
   plane.col(0) = plane.col(1).cross(plane.col(2));

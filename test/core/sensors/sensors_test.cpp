@@ -14,7 +14,7 @@
 
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
-#include "run/ladder.h"
+#include "run/fallbacks.h"
 #include "run/sampler.h"
 #include "run/step_budget.h"
 #include "sensors/random.h"
@@ -385,8 +385,8 @@ class FarTooLong : public ode::StepsOf {
 TEST(Sensors, WithinAnyStepTakeABoundedNumberOfSteps) {
   const Scene scene = readSceneText(tooFast);
   Dynamics dynamics(scene);
-  const Turns turns(scene, dynamics.size());
-  Sampler sampler(scene, dynamics, turns);
+  const Windings windings(scene, dynamics.size());
+  Sampler sampler(scene, dynamics, windings);
   FarTooLong steps(ode::makeMethod("rk4", dynamics, 0.0015, toleranceOf(scene, 0, dynamics)));
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());
   y[2] = 1e7, y[3] = -2e7;

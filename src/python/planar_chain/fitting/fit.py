@@ -9,7 +9,7 @@ import numpy as np
 
 from planar_chain import Refused, Scene
 
-from .bad import TRIAL, badness, mistakes, sparse
+from .diagnosis import TRIAL, badness, mistakes, sparse
 from .bags import read_bag
 from .deviations import Deviations
 from .hints import hints

@@ -7,7 +7,7 @@ import os
 
 import numpy as np
 
-from planar_chain.given import read_number, rows_of
+from planar_chain.user_input import read_number, rows_of
 
 MOST_ANGLE = 50.0  # rad; above it an angle is rather in degrees
 LEAST_MOTION = 1e-6  # rad

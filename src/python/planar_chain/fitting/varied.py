@@ -6,7 +6,7 @@ import re
 import numpy as np
 
 from planar_chain import simulate_many
-from planar_chain.given import read_number, require_moving
+from planar_chain.user_input import read_number, require_moving
 
 from .recordings import BadFit, is_number
 

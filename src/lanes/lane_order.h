@@ -1,8 +1,8 @@
 #pragma once
 
 /// The order of the bodies of a chain that is cut into segments. The segments lie side by side in SIMD lanes:
-/// lane s of step i is body s·steps + i, counted from the ground. An arranged quantity has `steps` rows of
-/// one number a lane. Places beyond the end of the chain hold 0. Code in this order reads and writes whole
+/// lane s of step i is body s·steps + i, counted from the ground. A quantity in lane order has `steps` rows
+/// of one number a lane. Places beyond the end of the chain hold 0. Code in this order reads and writes whole
 /// rows.
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace simd {
 struct Kernel;
 }
 
-/// Writes the quantities of one body, which lie `lanes` apart. place: its index in an arranged quantity.
+/// Writes the quantities of one body, which lie `lanes` apart. place: its index in a quantity in lane order.
 inline void putInLane(double* rows, std::size_t place, std::size_t lanes,
                       std::initializer_list<double> quantities) {
   double* to = rows + place / lanes * lanes * quantities.size() + place % lanes;
@@ -26,11 +26,11 @@ inline void putInLane(double* rows, std::size_t place, std::size_t lanes,
   }
 }
 
-class Arrangement {
+class LaneOrder {
  public:
   /// The order of n bodies for the given kernel, or else for the best of this CPU.
-  explicit Arrangement(int n, const simd::Kernel* kernel = nullptr);
-  Arrangement(int n, int lanes) : n_(n), lanes_(lanes), steps_((n + lanes - 1) / lanes) {}
+  explicit LaneOrder(int n, const simd::Kernel* kernel = nullptr);
+  LaneOrder(int n, int lanes) : n_(n), lanes_(lanes), steps_((n + lanes - 1) / lanes) {}
 
   int bodies() const { return n_; }
   int lanes() const { return lanes_; }
@@ -41,10 +41,10 @@ class Arrangement {
     while (1 << rounds < lanes_) ++rounds;
     return rounds;
   }
-  /// The length of an arranged quantity.
+  /// The length of a quantity in lane order.
   int places() const { return steps_ * lanes_; }
 
-  /// The index of body j in an arranged quantity.
+  /// The index of body j in a quantity in lane order.
   std::size_t placeOf(std::size_t j) const {
     const auto steps = static_cast<std::size_t>(steps_);
     return j % steps * static_cast<std::size_t>(lanes_) + j / steps;
@@ -53,8 +53,8 @@ class Arrangement {
   /// Copies n numbers or vectors to their places, with 0 beyond the end, and back. The arrays must be
   /// different ones. They allocate nothing.
   template <class Quantity>
-  void arrange(const Quantity* values, Quantity* arranged) const;
-  void restore(const double* arranged, double* values) const;
+  void toLaneOrder(const Quantity* values, Quantity* laneOrdered) const;
+  void toChainOrder(const double* laneOrdered, double* values) const;
 
  private:
   int n_, lanes_, steps_;

@@ -18,9 +18,9 @@ namespace planar_chain {
 
 /// Multiplies the tolerance by ten when ticks are late, and divides it by ten after enough time without late
 /// ticks. This time doubles when the division was too early.
-class TolerancePace {
+class ToleranceControl {
  public:
-  TolerancePace(double wanted, double loosest) : wanted_(wanted), loosest_(loosest), tolerance_(wanted) {}
+  ToleranceControl(double wanted, double loosest) : wanted_(wanted), loosest_(loosest), tolerance_(wanted) {}
 
   /// Call after each tick. delay: s of wall time since the next one was due, negative if it is not yet;
   /// period: s of wall time of a tick. Returns the tolerance for the next.

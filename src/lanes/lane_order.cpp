@@ -1,4 +1,4 @@
-#include "lanes/arrangement.h"
+#include "lanes/lane_order.h"
 
 #include <algorithm>
 
@@ -38,20 +38,21 @@ void copy(int n, int lanes, int steps, const Quantity* from, Quantity* to) {
 
 }  // namespace
 
-Arrangement::Arrangement(int n, const simd::Kernel* kernel)
-    : Arrangement(n, (kernel ? *kernel : simd::kernelFor(n)).lanes) {}
+LaneOrder::LaneOrder(int n, const simd::Kernel* kernel)
+    : LaneOrder(n, (kernel ? *kernel : simd::kernelFor(n)).lanes) {}
 
 template <class Quantity>
-void Arrangement::arrange(const Quantity* values, Quantity* arranged) const {
-  std::fill(arranged + std::max(0, n_ - (lanes_ - 1) * steps_) * lanes_, arranged + places(), Quantity{});
-  copy<false>(n_, lanes_, steps_, values, arranged);
+void LaneOrder::toLaneOrder(const Quantity* values, Quantity* laneOrdered) const {
+  std::fill(laneOrdered + std::max(0, n_ - (lanes_ - 1) * steps_) * lanes_, laneOrdered + places(),
+            Quantity{});
+  copy<false>(n_, lanes_, steps_, values, laneOrdered);
 }
-template void Arrangement::arrange(const double*, double*) const;
-template void Arrangement::arrange(const Vec2d*, Vec2d*) const;
-template void Arrangement::arrange(const Rotation<double>*, Rotation<double>*) const;
+template void LaneOrder::toLaneOrder(const double*, double*) const;
+template void LaneOrder::toLaneOrder(const Vec2d*, Vec2d*) const;
+template void LaneOrder::toLaneOrder(const Rotation<double>*, Rotation<double>*) const;
 
-void Arrangement::restore(const double* arranged, double* values) const {
-  copy<true>(n_, lanes_, steps_, arranged, values);
+void LaneOrder::toChainOrder(const double* laneOrdered, double* values) const {
+  copy<true>(n_, lanes_, steps_, laneOrdered, values);
 }
 
 }  // namespace planar_chain

@@ -1,5 +1,5 @@
 /// Stops that are reached and left again within one step, against scipy with events:
-/// test/reference/dips/dip.py.
+/// test/reference/missed_events/stops.py.
 
 #include <gtest/gtest.h>
 
@@ -14,12 +14,12 @@
 namespace planar_chain {
 namespace {
 
-struct Dip {
+struct MissedEvent {
   const char* name;
   std::array<double, 3> q;  ///< at 0.3 s
 };
 
-class Dips : public testing::TestWithParam<Dip> {};
+class MissedEvents : public testing::TestWithParam<MissedEvent> {};
 
 std::vector<double> after(Scene scene, const char* method, double tolerance, int rows) {
   scene.integrator.method = method;
@@ -29,9 +29,9 @@ std::vector<double> after(Scene scene, const char* method, double tolerance, int
   return simulation.q();
 }
 
-TEST_P(Dips, AreSeenByEveryMethod) {
+TEST_P(MissedEvents, AreSeenByEveryMethod) {
   for (const double beside : {0.0, 1e-9, 1e-6}) {
-    Scene scene = test::referenceScene(std::string("dips/") + GetParam().name + ".yaml");
+    Scene scene = test::referenceScene(std::string("missed_events/") + GetParam().name + ".yaml");
     scene.q[1] += beside;
     // A step ends within the dip.
     const std::vector<double> exact = after(scene, "dopri5", 1e-12, 300);
@@ -51,9 +51,10 @@ TEST_P(Dips, AreSeenByEveryMethod) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, Dips,
-                         testing::Values(Dip{"hard", {0.940196662562, -1.53308802352, 0.19532430213}},
-                                         Dip{"soft", {-1.391405711924, -1.152291724824, 0.194536727158}}),
+INSTANTIATE_TEST_SUITE_P(Scenes, MissedEvents,
+                         testing::Values(MissedEvent{"hard", {0.940196662562, -1.53308802352, 0.19532430213}},
+                                         MissedEvent{"soft",
+                                                     {-1.391405711924, -1.152291724824, 0.194536727158}}),
                          [](const auto& one) { return std::string(one.param.name); });
 
 /// A motor that comes to its torque–speed line and leaves it within a step.
@@ -64,7 +65,7 @@ struct Pulse {
 
 std::vector<double> motorsAfter(const char* scene, const std::vector<Pulse>& pulses, double end,
                                 const char* method, double tolerance, int rows) {
-  Scene read = test::referenceScene(std::string("dips/") + scene + ".yaml");
+  Scene read = test::referenceScene(std::string("missed_events/") + scene + ".yaml");
   read.integrator.method = method;
   read.integrator.tolerance = tolerance;
   Simulation simulation(read, 4);
@@ -86,7 +87,7 @@ TEST(Motors, ComeToTheirLineAndLeaveItWithinAStep) {
         SCOPED_TRACE(std::string(method) + " to " + std::to_string(tolerance) + ", " + std::to_string(rows) +
                      " rows");
         const std::vector<double> found = motorsAfter("motor", one, 0.25, method, tolerance, rows);
-        EXPECT_NEAR(found[0], 1.242007270245, 0.1 * tolerance);  // test/reference/dips/motor.py
+        EXPECT_NEAR(found[0], 1.242007270245, 0.1 * tolerance);  // test/reference/missed_events/motor.py
         EXPECT_NEAR(found[1], -16.00115176003, 20 * tolerance);
         const std::vector<double> others = motorsAfter("motors", three, 0.5, method, tolerance, rows);
         for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(others[i], exact[i], 0.1 * tolerance);

@@ -1,4 +1,4 @@
-#include "run/fastest_key.h"
+#include "run/stiffest_parameter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -106,7 +106,7 @@ void offerLaws(const Scene& scene, double t, Fastest& fastest) {
 
 }  // namespace
 
-std::string fastestKey(const Scene& scene, double t, double step) {
+std::string stiffestParameter(const Scene& scene, double t, double step) {
   constexpr double shortest = 1e-9;  // s: no shorter step makes more of a key
   constexpr double little = 1e-3;    // of its time, within a step
   Fastest fastest;

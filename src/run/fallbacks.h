@@ -1,6 +1,6 @@
 #pragma once
 
-/// The ladder of methods that a simulation uses in turn after failures: the scene's; the same with smaller
+/// The methods that a simulation uses in turn after failures: the scene's; the same with smaller
 /// steps; a stiff one.
 
 #include <algorithm>
@@ -20,15 +20,15 @@
 #include "ode/projected_steps.h"
 #include "planar_chain/scene.h"
 #include "run/energy_guard.h"
-#include "run/fastest_key.h"
 #include "run/requirements.h"
+#include "run/stiffest_parameter.h"
 #include "simd/cpu.h"
 
 namespace planar_chain {
 
-constexpr std::size_t rungs = 3;
-inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
-  if (rung > 0) {
+constexpr std::size_t fallbackCount = 3;  ///< with 0, the method of the scene
+inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t fallback) {
+  if (fallback > 0) {
     // Finer tolerances do not stop a failing method sooner, but cost steps.
     static constexpr double exact = 1e-13;
     const auto finer = [](double tolerance) { return std::max(tolerance / 100, std::min(tolerance, exact)); };
@@ -36,26 +36,26 @@ inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung)
     scene.rateTolerance = finer(scene.rateTolerance.value_or(scene.tolerance));
     scene.tolerance = finer(scene.tolerance);
   }
-  if (rung > 1) scene.method = "rodas5p";
+  if (fallback > 1) scene.method = "rodas5p";
   return scene;
 }
 
-/// The pace, s per step, below which rodas5p replaces the scene's method. 0: never.
-inline double leastPaceOf(const IntegratorSettings& settings) {
+/// The mean step, s, below which rodas5p replaces the scene's method. 0: never.
+inline double leastMeanStepOf(const IntegratorSettings& settings) {
   const std::string& method = settings.method;
   if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
-  // A second at this pace takes minutes; a motion that needs it is stiff, and rodas5p is faster.
+  // A second in such steps takes minutes; a motion that needs it is stiff, and rodas5p is faster.
   constexpr double crawling = 1e-8;
   if (method == "ros34pw2")
     return crawling / 100;  // its order is low: it takes steps of 1e-9 s for its accuracy
   return ode::hasFixedStep(method) ? std::min(crawling, settings.step / 100) : crawling;
 }
 
-/// Measures the time that a step makes, over EnergyCheck::period of them at least.
-class Pace {
+/// Measures the mean step, over EnergyCheck::period of them at least.
+class MeanStep {
  public:
-  /// least: s per step.
-  explicit Pace(double least) : least_(least) {}
+  /// least: s.
+  explicit MeanStep(double least) : least_(least) {}
   void begin(const ode::StepCount& count, double t) {
     then_ = count.accepted;
     time_ = t;
@@ -105,7 +105,7 @@ inline const char* whyStretched(const Scene& scene, double t, bool isAtRest) {
                "(other lengths, drives, or another place of the tip avoid this pose)";
 }
 
-/// Writes why the last rung failed at t, y. gap: of the energy balance, J.
+/// Writes why the last method failed at t, y. gap: of the energy balance, J.
 inline void describeFailure(std::string& to, const Scene& scene, double t, const double* y,
                             ode::Outcome outcome, double gap, Dynamics& dynamics,
                             const Coordinates& coordinates) {
@@ -138,7 +138,8 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
   }
   char text[300];
   std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; ", scene.integrator.method.c_str(), t, why);
-  to = text + fastestKey(scene, t, 0) + "smaller steps and rodas5p fail too; the last good state is kept";
+  to = text + stiffestParameter(scene, t, 0) +
+       "smaller steps and rodas5p fail too; the last good state is kept";
 }
 
 /// The error control counts angles up to half a turn.
@@ -149,8 +150,8 @@ constexpr double largestCounted = pi;
 /// drive or the base may do work on a chain that does not move. Their unit is the energy of the chain at 1
 /// rad/s, M R²/s², if that is more than 1 J: so a motion in g and mm takes the steps of the same one in kg
 /// and m.
-inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dynamics& dynamics) {
-  const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t fallback, const Dynamics& dynamics) {
+  const IntegratorSettings settings = settingsOf(scene.integrator, fallback);
   const int n = scene.chain.size(),
             works = scene.base || scene.tip || !scene.drives.empty() ? dynamics.works() : 0;
   const double none = std::numeric_limits<double>::infinity();
@@ -172,12 +173,14 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dy
 }
 
 /// The dynamics must outlive the method.
-inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t rung, Dynamics& dynamics) {
+inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t fallback,
+                                                 Dynamics& dynamics) {
   const simd::PlainKernels plain(scene.integrator.plainKernel);
-  const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+  const IntegratorSettings settings = settingsOf(scene.integrator, fallback);
   require(settings.method != "taylor" || dynamics.hasSeries(),
           "method taylor needs a Taylor series of all that acts");
-  auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
+  auto method =
+      ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, fallback, dynamics));
   if (dynamics.keepsConditions()) {
     // A regular motion is moved by one tolerance at most, one through a change point by 1e2 to 1e7 of them.
     // Equal steps have no tolerance, and may err by a tenth, as in the energy balance. The momenta of

@@ -20,13 +20,13 @@
 namespace planar_chain {
 
 /// Only the constructor allocates.
-class Turns {
+class Windings {
  public:
   static constexpr double mostAngle = 1000;  ///< rad
 
   /// size: of y.
-  Turns(const Scene& scene, int size)
-      : coordinates_(scene.chain.coordinates()), turns_(scene.q.size(), 0), carry_(size) {
+  Windings(const Scene& scene, int size)
+      : coordinates_(scene.chain.coordinates()), windings_(scene.q.size(), 0), carry_(size) {
     for (const Joint& joint : scene.chain.joints())
       isFree_.push_back(!joint.isPrismatic && !storesEnergy(joint));
     for (const Drive& drive : scene.drives) isFree_[index(drive.joint)] = false;
@@ -38,14 +38,14 @@ class Turns {
     double sum = 0;
     for (std::size_t i = 0; i < q.size(); ++i) {
       double rest = q[i];
-      turns_[i] = 0;
+      windings_[i] = 0;
       if (coordinates_.isPrismatic(static_cast<int>(i))) {
         theta[i] = rest;
         continue;
       }
       if (isFree_[i] && std::abs(q[i]) > mostAngle) {
         rest = std::atan2(std::sin(q[i]), std::cos(q[i]));
-        turns_[i] = static_cast<double>(std::round((q[i] - static_cast<long double>(rest)) / turn));
+        windings_[i] = static_cast<double>(std::round((q[i] - static_cast<long double>(rest)) / turn));
         any_ = true;
       }
       theta[i] = sum += rest;
@@ -56,7 +56,7 @@ class Turns {
   /// rest keeps its angle, at which friction may hold it.
   /// @returns true if the state has changed
   bool takeMore(const ode::System& f, ode::State& state, Eigen::VectorXd& y) {
-    const int n = static_cast<int>(turns_.size());
+    const int n = static_cast<int>(windings_.size());
     const auto isDue = [&](int i, double q) {
       return isFree_[index(i)] && std::abs(q) > mostAngle && coordinates_.relative(y.data() + n, i) != 0;
     };
@@ -64,7 +64,7 @@ class Turns {
     for (int i = 0; i < n; ++i) anyIsDue = anyIsDue || isDue(i, coordinates_.relative(y.data(), i));
     if (!anyIsDue) return false;
 
-    f.restore(state.carry.data(), carry_.data());
+    f.toChainOrder(state.carry.data(), carry_.data());
     double before = 0, taken = 0;  // θ'_{i−1}, and the turns taken off it
     for (int i = 0; i < n; ++i) {
       if (coordinates_.isPrismatic(i)) continue;
@@ -72,40 +72,40 @@ class Turns {
       before = y[i];
       if (isDue(i, q)) {
         const double own = static_cast<double>(std::round(q / turn));
-        turns_[index(i)] += own;
+        windings_[index(i)] += own;
         taken += own;
       }
       const long double rest = y[i] + (carry_[i] - turn * taken);
       y[i] = static_cast<double>(rest);
       carry_[i] = static_cast<double>(rest - y[i]);
     }
-    f.arrange(y.data(), state.y.data());
-    f.arrange(carry_.data(), state.carry.data());
+    f.toLaneOrder(y.data(), state.y.data());
+    f.toLaneOrder(carry_.data(), state.carry.data());
     return any_ = true;
   }
 
   /// Adds the turns to relative angles q', and to the angles of links.
   void addTo(std::vector<double>& q) const {
     for (std::size_t i = 0; any_ && i < q.size(); ++i) {
-      q[i] = static_cast<double>(q[i] + turn * turns_[i]);
+      q[i] = static_cast<double>(q[i] + turn * windings_[i]);
     }
   }
   void addTo(LinkMotion* motions) const {
     double turns = 0;
-    for (std::size_t i = 0; any_ && i < turns_.size(); ++i) {
-      turns += turns_[i];
+    for (std::size_t i = 0; any_ && i < windings_.size(); ++i) {
+      turns += windings_[i];
       motions[i].angle = static_cast<double>(motions[i].angle + turn * turns);
     }
   }
 
-  void saveOrRestore(Snapshot& snapshot) { snapshot(turns_, any_); }
+  void saveOrRestore(Snapshot& snapshot) { snapshot(windings_, any_); }
 
  private:
   static constexpr long double turn = 6.283185307179586476925286766559L;
 
   const Coordinates coordinates_;
-  std::vector<bool> isFree_;   ///< joint i turns, stores no energy and is not driven
-  std::vector<double> turns_;  ///< m_i
+  std::vector<bool> isFree_;      ///< joint i turns, stores no energy and is not driven
+  std::vector<double> windings_;  ///< m_i
   bool any_ = false;
   Eigen::VectorXd carry_;
 };

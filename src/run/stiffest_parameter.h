@@ -12,6 +12,6 @@ namespace planar_chain {
 /// much within steps of this length, s: a stiffness k, damping d or drag c by √(k/J), d/J or c/J · 1 rad/s,
 /// J the inertia of the joint's own link; at t a law by its frequency, or by its shortest time between two
 /// points. Allocates.
-std::string fastestKey(const Scene& scene, double t, double step);
+std::string stiffestParameter(const Scene& scene, double t, double step);
 
 }  // namespace planar_chain

@@ -29,7 +29,7 @@ inline BaseState stateOf(const BaseLaws& laws, double t) {
 /// What couples at one time, or one order of its Taylor series: of each joint, and the motion of the base.
 struct Couplings {
   /// Of n joints: none, on a base at rest. Allocates.
-  explicit Couplings(int n) : joints(static_cast<std::size_t>(n)), held(joints.size()) {}
+  explicit Couplings(int n) : joints(static_cast<std::size_t>(n)), prescribed(joints.size()) {}
 
   BaseState base() const { return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate}; }
   Vec2d pinAcceleration() const { return {x.acceleration, y.acceleration}; }
@@ -37,21 +37,21 @@ struct Couplings {
   void hold(double* q, double* qd) const {
     for (std::size_t i = 0; i < joints.size(); ++i) {
       if (!joints[i].isPrescribed) continue;
-      q[i] = held[i].value;
-      qd[i] = held[i].rate;
+      q[i] = prescribed[i].value;
+      qd[i] = prescribed[i].rate;
     }
   }
 
   std::vector<JointLaw<double>> joints;
-  std::vector<GivenMotion> held;  ///< the motion of each held joint
-  GivenMotion x, y, angle;        ///< of the base
-  Tip<double> tip{};              ///< how it is held; the acceleration as given
-  Vec2d tipPlace, tipVelocity;    ///< as given
+  std::vector<GivenMotion> prescribed;  ///< the motion of each held joint
+  GivenMotion x, y, angle;              ///< of the base
+  Tip<double> tip{};                    ///< how it is held; the acceleration as given
+  Vec2d tipPlace, tipVelocity;          ///< as given
 };
 
-class Coupler {
+class JointConstraint {
  public:
-  virtual ~Coupler() = default;
+  virtual ~JointConstraint() = default;
   /// Writes order k of the Taylor series around t of what it couples, and nothing else. Order 0 is what it
   /// couples at t. A piece of a law that enter() chose holds. Allocates nothing.
   virtual void couple(double t, int k, Couplings& to) const = 0;

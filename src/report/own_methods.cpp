@@ -1,11 +1,11 @@
-#include "report/own.h"
+#include "report/own_methods.h"
 
 #include <algorithm>
 
 #include "ode/local_stiffness.h"
 #include "ode/methods.h"
 #include "planar_chain/energy.h"
-#include "run/ladder.h"
+#include "run/fallbacks.h"
 
 namespace planar_chain::tools {
 
@@ -39,7 +39,7 @@ std::vector<std::string> steppedMethods() {
 MakeIntegrator equalSteps(const std::string& method, double h, double stagesTo) {
   return [=](const Scene& scene, Dynamics& f) {
     const double value = method == "taylor" ? toleranceOfSeries : stagesTo;
-    const ode::Tolerance tolerance = toleranceOf(sceneWith(scene, method, value), 0, f).arrangedBy(f);
+    const ode::Tolerance tolerance = toleranceOf(sceneWith(scene, method, value), 0, f).inLaneOrder(f);
     return ode::fixedSteps(
         ode::makeStepper(method, f, tolerance, std::make_shared<ode::LocalStiffness>(f, tolerance.works)), h);
   };

@@ -1,6 +1,6 @@
 /// Angles of many turns: no digit of the motion is lost, whether the angles are given or reached.
 
-#include "run/turns.h"
+#include "run/windings.h"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ Scene pendulum(double q, double qd) {
 }
 
 // The remainders were computed with 60 digits (mpmath).
-TEST(Turns, ThatAreGivenChangeNoDigitOfTheMotion) {
+TEST(Windings, ThatAreGivenChangeNoDigitOfTheMotion) {
   struct Case {
     double q, rest;
   };
@@ -44,7 +44,7 @@ TEST(Turns, ThatAreGivenChangeNoDigitOfTheMotion) {
 }
 
 // The base joint turns 3000 rad and comes to the same state as from three turns less; q counts them all.
-TEST(Turns, ThatAreMadeAreCountedAndLoseNothing) {
+TEST(Windings, ThatAreMadeAreCountedAndLoseNothing) {
   Scene scene = pendulum(0.3, 300);
   Simulation straight(scene);
   ASSERT_TRUE(straight.advanceTo(10));
@@ -69,15 +69,15 @@ struct Rest : ode::System {
 };
 
 // 1000 turns less, to the last bit of state and carry; the link outside follows, at the same relative angle.
-TEST(Turns, AreTakenOffTheStateAndItsCarry) {
+TEST(Windings, AreTakenOffTheStateAndItsCarry) {
   constexpr long double exactTurn = 6.283185307179586476925286766559L;
   const Chain chain({{"rod", 1, 1, {0, 0}, {1, 0}}, {"end", 1, 1, {0, 0}, {1, 0}}}, {{"a"}, {"b"}}, {});
-  Turns turns({chain, {0, 0}, {0, 0}, {}, {}, {}}, 4);
+  Windings windings({chain, {0, 0}, {0, 0}, {}, {}, {}}, 4);
   ode::State state(4);
   Eigen::VectorXd y = (Eigen::VectorXd(4) << 6284.1, 6283.9, 7, 8).finished();
   state.y = y;
   state.carry << 1e-13, -2e-13, 0, 0;
-  ASSERT_TRUE(turns.takeMore(Rest(), state, y));
+  ASSERT_TRUE(windings.takeMore(Rest(), state, y));
   for (const int i : {0, 1}) {
     const long double given = (i == 0 ? 6284.1 : 6283.9) + (i == 0 ? 1e-13L : -2e-13L);
     const long double rest = static_cast<long double>(state.y[i]) + static_cast<long double>(state.carry[i]);
@@ -87,14 +87,14 @@ TEST(Turns, AreTakenOffTheStateAndItsCarry) {
   }
   EXPECT_EQ(y[2], 7);
   std::vector<double> q{y[0], y[1] - y[0]};
-  turns.addTo(q);
+  windings.addTo(q);
   EXPECT_DOUBLE_EQ(q[0], 6284.1);
   EXPECT_NEAR(q[1], -0.2, 2e-12);
-  EXPECT_FALSE(turns.takeMore(Rest(), state, y));
+  EXPECT_FALSE(windings.takeMore(Rest(), state, y));
 }
 
 // Without gravity a chain of one centre turns steadily: 1e6 rad/s for 1000 s, and the angle is exact.
-TEST(Turns, OfAWheelAreCountedForABillionRadians) {
+TEST(Windings, OfAWheelAreCountedForABillionRadians) {
   Scene scene{Chain({{"wheel", 1, 1, {0, 0}, {0, 0}}, {"inner", 1, 1, {0, 0}, {0, 0}}},
                     {{"wheel_joint"}, {"inner_joint"}}, {}),
               {1, 2},
@@ -110,7 +110,7 @@ TEST(Turns, OfAWheelAreCountedForABillionRadians) {
 }
 
 // A spring counts turns: they stay in the state.
-TEST(Turns, StayInAJointThatStoresEnergy) {
+TEST(Windings, StayInAJointThatStoresEnergy) {
   Scene scene = test::uniformChain(2, {"", 1, 1, {0, 0}, {1, 0}}, {}, {}, {});
   std::vector<Joint> joints = scene.chain.joints();
   joints[1].stiffness = 1e-3;
@@ -125,7 +125,7 @@ TEST(Turns, StayInAJointThatStoresEnergy) {
   EXPECT_NEAR(simulation.energyBalance().residual / simulation.energy().total(), 0, 1e-9);
 }
 
-TEST(Turns, ThatADoubleCannotCountAreRefusedAndTheStateIsKept) {
+TEST(Windings, ThatADoubleCannotCountAreRefusedAndTheStateIsKept) {
   Simulation simulation(pendulum(1e12, 2));
   EXPECT_THROW(simulation.setState({1e17}, {0}), std::invalid_argument);
   EXPECT_THROW(simulation.setState({0}, {1e200}), std::invalid_argument);
@@ -135,7 +135,7 @@ TEST(Turns, ThatADoubleCannotCountAreRefusedAndTheStateIsKept) {
 }
 
 /// v²/(2 a) = 5000 rad, in one stretch of the run. The other joint turns on.
-TEST(Turns, AreCountedOnceWhereFrictionHolds) {
+TEST(Windings, AreCountedOnceWhereFrictionHolds) {
   for (const char* method : {"auto", "taylor", "dop853", "rodas5p", "radau13"}) {
     for (const int rows : {1, 4, 200}) {
       Scene scene = readSceneText(

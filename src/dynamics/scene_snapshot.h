@@ -1,6 +1,6 @@
 #pragma once
 
-/// A scene at one state, for those who compute once: its effects are entered, its joints stick or slide.
+/// A scene at one state: its effects are chosen, its joints stick or slip. For single computations.
 
 #include <Eigen/Core>
 
@@ -9,9 +9,9 @@
 
 namespace planar_chain {
 
-struct Entered {
+struct SceneSnapshot {
   /// q, qd: relative angles (rad) and rates (rad/s), one a joint. The scene must outlive this object.
-  Entered(const Scene& scene, double time, const Eigen::VectorXd& q, const Eigen::VectorXd& qd)
+  SceneSnapshot(const Scene& scene, double time, const Eigen::VectorXd& q, const Eigen::VectorXd& qd)
       : effects(scene), mechanism(scene.chain, true), motion(mechanism, effects), t(time), y(2 * q.size()) {
     mechanism.coordinates().toAbsolute(q.data(), y.data());
     mechanism.coordinates().toAbsolute(qd.data(), y.data() + q.size());

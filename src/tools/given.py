@@ -1,1 +1,0 @@
-../python/planar_chain/given.py

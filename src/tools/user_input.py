@@ -1,0 +1,1 @@
+../python/planar_chain/user_input.py
