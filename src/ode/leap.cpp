@@ -116,7 +116,8 @@ Leap::Result Leap::approach(double distance) {
     if (!f_.project(node_, from_)) return Result::diverged;
     const auto k = static_cast<std::size_t>(i + 1);
     at[k] = node_.t;
-    distances[k] = std::sqrt(f_.margin());
+    margin_ = f_.margin();
+    distances[k] = std::sqrt(margin_);
     f_.slope(node_.t, node_.y.data(), slopes_.col(i).data());
   }
   // The crossing, by the nearest state and its neighbour: between them, or ahead of all.
@@ -146,7 +147,9 @@ Leap::Result Leap::iterate(const Integrator& allowance) {
   constexpr int most = 20;
   constexpr double exact = 0.1;  // of the allowance
   constexpr double second = 1;   // s
-  rounding_ = 1e-13 * (1 + from_.y.cwiseAbs().maxCoeff());
+  // Of a rate off the branch, at the distance of the last point: it vanishes with the next projections.
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  rounding_ = (1e-13 + 20 * epsilon / margin_) * (1 + from_.y.cwiseAbs().maxCoeff());
   last_ = node_;
   double before = std::numeric_limits<double>::infinity();
   for (int k = 0;; ++k) {

@@ -66,7 +66,7 @@ class Leap {
   const Eigen::Index n_;  ///< places
   Weights nodes_;
   Table series_;  ///< row k: the coefficient of P_k, from values at the points
-  double h_ = 0, error_ = 0, crossing_ = 0, rounding_ = 0;
+  double h_ = 0, error_ = 0, crossing_ = 0, rounding_ = 0, margin_ = 0;
   State from_;
   State node_, last_;
   mutable Vector increment_;

@@ -14,17 +14,14 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // Square roots of margins, which fall like the distance from the pose.
-constexpr double near = 0.35;   ///< leaps begin below it
+constexpr double near = 0.5;    ///< leaps begin below it
 constexpr double there = 1e-3;  ///< below it f is not exact enough for the beginning of a step
-constexpr double far = 0.5;     ///< steps below it do not go over a pose that they seem to come to
 
-constexpr double nextSteps = 1.5;   ///< of the length of the last one, to a pose that the next may go over
-constexpr double mostTurned = 0.5;  ///< rad, in a leap
-constexpr int mostTrials = 12;
+constexpr double mostTurned = 0.8;  ///< rad, in a leap
+constexpr int mostTrials = 24;
 /// Where the pose may be in a leap, in its length: amid two of its points.
 constexpr double gaps[] = {0.061, 0.169, 0.323, 0.5, 0.677, 0.831};
-
-constexpr double lastGap = 0.831;
+constexpr double lastGap = gaps[5];
 constexpr double atStart = 0.01;  ///< likewise: before the first point
 
 class LeapingSteps : public StepsOf {
@@ -71,7 +68,7 @@ class LeapingSteps : public StepsOf {
   }
   void saveOrRestore(Snapshot& snapshot) override {
     StepsOf::saveOrRestore(snapshot);
-    snapshot(distance_, at_, left_, last_, limit_, heeded_, leaps_, failedLeaps_);
+    snapshot(distance_, at_, left_, limit_, heeded_, leaps_, failedLeaps_);
   }
 
  private:
@@ -82,13 +79,12 @@ class LeapingSteps : public StepsOf {
     at_ = state.t;
     distance_ = std::sqrt(f_.margin());
     left_ = infinity;
-    last_ = 0;
   }
   /// A step has ended here, with a projection.
   void note(double t) {
     const double before = std::exchange(distance_, std::sqrt(f_.margin()));
-    last_ = t - std::exchange(at_, t);
-    left_ = distance_ < before ? distance_ * last_ / (before - distance_) : infinity;
+    const double passed = t - std::exchange(at_, t);
+    left_ = distance_ < before ? distance_ * passed / (before - distance_) : infinity;
     if (distance_ > near) heeded_ = near;
     if (distance_ > near && left_ == infinity) limit_ = infinity;
   }
@@ -97,10 +93,13 @@ class LeapingSteps : public StepsOf {
     if (distance_ < there) return fastest(state) > 0;
     return left_ < lastGap * reach(state) && left_ < wellBefore * (end - state.t);
   }
-  /// Of the next step.
+  /// Of the next step, which does not go over a pose: it ends where a leap may begin, or well before the
+  /// pose. Where none is in sight, it turns no joint so far that one may come and go.
   double longest(const State& state) const {
-    const bool mayReach = left_ < nextSteps * last_ && distance_ < far;
-    return mayReach ? std::max(left_ - lastGap * reach(state), left_ / 2) : infinity;
+    constexpr double inSight = 1;  // rad
+    const double fewTurns = inSight / fastest(state);
+    return left_ < infinity ? std::min(std::max(left_ - lastGap * reach(state), left_ / 2), fewTurns)
+                            : fewTurns;
   }
   double reach(const State& state) const { return std::min(limit_, mostTurned / fastest(state)); }
   double fastest(const State& state) const {
@@ -171,7 +170,6 @@ class LeapingSteps : public StepsOf {
   double distance_ = 1;      ///< from the pose
   double at_ = -infinity;    ///< when, s
   double left_ = infinity;   ///< time to the pose, s
-  double last_ = 0;          ///< the length of the last step, s
   double limit_ = infinity;  ///< of the length of a leap, s
   double heeded_ = near;     ///< distances below it, as there is no pose where the last leap looked for it
   long long leaps_ = 0, failedLeaps_ = 0;
