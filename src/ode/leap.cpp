@@ -26,6 +26,29 @@ std::array<double, points + 3> legendre(double z) {
   return P;
 }
 
+using Weights = Eigen::Matrix<double, points, 1>;
+
+/// The zeros on [0, 1], and the series through values there.
+struct Gauss {
+  Gauss() {
+    for (int i = 0; i < points; ++i) {
+      const int k = i < points / 2 ? points / 2 - 1 - i : i - points / 2;
+      const double z = i < points / 2 ? -zeros[k] : zeros[k];
+      nodes[i] = (1 + z) / 2;
+      const auto P = legendre(z);
+      for (int j = 0; j < points; ++j)
+        series(j, i) = (2 * j + 1) * weights[k] / 2 * P[static_cast<std::size_t>(j)];
+    }
+  }
+  Weights nodes;
+  Eigen::Matrix<double, points, points> series;  ///< row k: the coefficient of P_k, from values at the points
+};
+
+const Gauss& gauss() {
+  static const Gauss table;
+  return table;
+}
+
 /// The integrals of P_0 … P_7, as polynomials on [0, 1], from 0 to x; and those of these.
 struct Integrals {
   explicit Integrals(double x) {
@@ -51,25 +74,21 @@ Leap::Leap(System& f)
       last_(from_),
       increment_(from_.y),
       change_(from_.y),
-      slopes_(Eigen::MatrixXd::Zero(from_.y.size(), points)) {
-  for (int i = 0; i < points; ++i) {
-    const int k = i < points / 2 ? points / 2 - 1 - i : i - points / 2;
-    const double z = i < points / 2 ? -zeros[k] : zeros[k];
-    nodes_[i] = (1 + z) / 2;
-    const auto P = legendre(z);
-    for (int j = 0; j < points; ++j)
-      series_(j, i) = (2 * j + 1) * weights[k] / 2 * P[static_cast<std::size_t>(j)];
-  }
+      slopes_(Eigen::MatrixXd::Zero(from_.y.size(), points)) {}
+
+double Leap::time(int point) const {
+  return from_.t + h_ * gauss().nodes[point];
 }
 
 /// By the first `terms` of the series of f.
 bool Leap::set(State& state, double t, int terms) const {
   const double x = (t - from_.t) / h_;
   const Integrals integrals(x);
+  const auto& series = gauss().series;
   Weights once = Weights::Zero(), twice = once;
   for (int k = 0; k < terms; ++k) {
-    once += integrals.once[static_cast<std::size_t>(k)] * series_.row(k).transpose();
-    twice += integrals.twice[static_cast<std::size_t>(k)] * series_.row(k).transpose();
+    once += integrals.once[static_cast<std::size_t>(k)] * series.row(k).transpose();
+    twice += integrals.twice[static_cast<std::size_t>(k)] * series.row(k).transpose();
   }
   increment_.setZero();
   increment_.head(n_) = x * h_ * from_.y.segment(n_, n_);
@@ -132,7 +151,8 @@ Leap::Result Leap::approach(double distance) {
   // Near a point, or behind all?
   constexpr double atStart = 0.011, near = 0.03, end = 0.93;
   const double share = (crossing_ - from_.t) / h_;
-  const bool isNear = share > atStart && ((nodes_.array() - share).abs().minCoeff() < near || share > end);
+  const bool isNear =
+      share > atStart && ((gauss().nodes.array() - share).abs().minCoeff() < near || share > end);
   return isNear ? Result::nearCrossing : Result::made;
 }
 

@@ -51,21 +51,16 @@ class Leap {
   bool at(double t, State& state) const { return set(state, t, points); }
 
  private:
-  using Weights = Eigen::Matrix<double, points, 1>;
-  using Table = Eigen::Matrix<double, points, points>;
-
   Result approach(double distance);
   Result iterate(const Integrator& allowance);
   Result estimate(const Integrator& allowance);
   double norm(const Vector& change, const Integrator& allowance) const;
   bool set(State& state, double t, int terms) const;
   bool projected(State& state, double t, int terms) const;
-  double time(int point) const { return from_.t + h_ * nodes_[point]; }
+  double time(int point) const;
 
   System& f_;
   const Eigen::Index n_;  ///< places
-  Weights nodes_;
-  Table series_;  ///< row k: the coefficient of P_k, from values at the points
   double h_ = 0, error_ = 0, crossing_ = 0, rounding_ = 0, margin_ = 0;
   State from_;
   State node_, last_;
