@@ -27,10 +27,10 @@ else
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
     python3-{diagnostic,geometry,rosgraph,sensor,std,tf2,trajectory,visualization}-msgs python3-std-srvs
     python3-{jinja2,matplotlib,numpy,pil,roslaunch,rosbag,rosnode,rospy,rosservice,rostopic,scipy,sympy,yaml} rosbash rosout rviz tf-tools)
-  to_test=(libkdl-parser-dev librostest-dev python3-{distributed,rostest,tornado})
+  to_test=(chromium chromium-driver libkdl-parser-dev librostest-dev python3-{distributed,rostest,tornado})
   grep -q bullseye /etc/os-release || to_test+=(libmujoco-dev)  # not in Debian 11
 fi
-to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools python3-venv qemu-user shellcheck valgrind)
+to_test+=(catkin-lint clang-format doxygen ffmpeg libgtest-dev liburdfdom-tools python3-venv qemu-user shellcheck valgrind)
 
 # Installs those of the packages named that are missing; asks nothing, and needs no network if none is.
 install_missing() {

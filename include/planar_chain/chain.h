@@ -87,7 +87,7 @@ struct Joint {
   NamedNumbers others{};
 
   bool isPrismatic = false;
-  /// Of a prismatic joint, in the frame of the link inside, not 0. In a Chain its length is 1.
+  /// The direction of a prismatic joint, in the frame of the link inside; not 0. In a Chain its length is 1.
   Vec2d axis{1, 0};
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
@@ -97,7 +97,7 @@ struct Joint {
   double other(std::string_view key) const { return others.of(key); }
 };
 
-// Of chains whose joints are all revolute:
+// For chains whose joints are all revolute:
 
 /// q_i = θ_i − θ_{i−1}, and likewise for rates.
 inline double relative(const double* absolute, int i) {
@@ -192,7 +192,7 @@ struct Coordinate {
 /// "mass" or "joint/damping".
 std::vector<Fault> faultsOf(const Link& link, bool isPrismatic = false);
 std::vector<Fault> faultsOf(const Joint& joint);
-/// Of the values of effects alone.
+/// Returns the faults in the values of effects alone.
 std::vector<Fault> faultsOfEffects(const Link& link);
 
 /// A chain whose values have been checked. Immutable. Copies share the values.

@@ -22,8 +22,8 @@ std::string toString(const Fault& fault);
 /// All faults, by default on one line.
 std::string toString(const std::vector<Fault>& faults, const char* between = "; ");
 
-/// Thrown for input that is refused. what() has one line per fault. Of more than 1000 faults it keeps the
-/// first 1000 and adds one that gives their number.
+/// Thrown for input that is refused. what() has one line per fault. It keeps the first
+/// 1000 faults; if there are more, it adds one that gives their number.
 class Refused : public std::invalid_argument {
  public:
   explicit Refused(std::vector<Fault> faults);
@@ -45,7 +45,7 @@ struct Note {
 /// "robot.urdf: robot_description/joint[a]: turns freely, as it has neither lower nor upper (and 2 more)"
 std::string toString(const Note& note);
 
-/// Those notes that are not among the known ones.
+/// Returns the notes that are not in `known`.
 std::vector<Note> newNotes(const std::vector<Note>& notes, const std::vector<Note>& known);
 
 // ---- Numbers and text in faults --------------------------------------------------------------------

@@ -56,8 +56,8 @@ struct Reached {
 /// Searches the joint angles at which a frame is at a place and, if given, has an angle (rad, counted in
 /// whole turns or not). Joints stay within their limits, and driven ones where their laws have them at t.
 /// Damped least squares from `start`, by default the scene's first angles; if that does not get there, from
-/// other angles too, the same ones each time. Of several solutions it returns the one that it finds first. If
-/// there is none, it returns the nearest that it has found.
+/// other angles too, the same ones each time. Returns the first solution that it finds; if there is none, the
+/// nearest pose that it has found.
 /// @throws Refused as motionOf(), and for a chain whose tip is held
 Reached inverseKinematics(const Scene& scene, const Frame& frame, Vec2d place,
                           std::optional<double> angle = std::nullopt,

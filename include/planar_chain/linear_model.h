@@ -41,14 +41,17 @@ struct OperatingPoint {
   /// Nothing: δτ are torques that act. Otherwise they are commanded torques, and those of these joints go
   /// through motors. The torques that lag, N m, are states behind (δq, δq̇), in this order.
   std::optional<std::vector<LinearMotor>> motors{};
+  /// Takes in place of `motors` those of the scene, to which these torques have been commanded for long.
+  bool hasSteadyMotors = false;
 };
 
 struct LinearModel {
   Eigen::MatrixXd A;    ///< 2n×2n, and more with motors: rows and columns δq (rad), then δq̇ (rad/s)
   Eigen::MatrixXd B;    ///< 2n×n: columns δτ_i, N m, + on body i and − on body i−1
   Eigen::VectorXd tau;  ///< n: the torques of OperatingPoint
+  Eigen::VectorXd qdd;  ///< n: q̈ under them
   /// What a user should know: joints that stick; q̈ that is not 0 at rest, and the torques that make it 0;
-  /// motors and dead times, which are left out.
+  /// torques beyond effort limits; motors and dead times, which are left out.
   std::vector<std::string> notes{};
 };
 

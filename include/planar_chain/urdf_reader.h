@@ -26,15 +26,16 @@ struct PlanarRobot {
 /// into the plane, i = j × k. If the axes are along ±z, i is the root link's x. The axes of every
 /// link are i and j when all joints are at 0, so the angles q are the joint positions of the URDF.
 ///
-/// Only quantities in the plane count. Offsets along the axes are dropped. Of an inertia tensor I only kᵀ I k
-/// is used. This is exact, because the pins keep the chain in the plane. Links on fixed joints form one body.
-/// Links fixed to the root are the ground.
+/// Only quantities in the plane count. Offsets along the axes are dropped. Of the inertia tensor I, only
+/// kᵀ I k is used. This is exact, because the pins keep the chain in the plane. Links on fixed joints form
+/// one body. Links fixed to the root are the ground.
 /// @throws Refused with every fault at once, such as
 ///   robot_description/joint[elbow]/axis: expected an axis parallel to the first joint's …
 PlanarRobot readUrdf(const std::string& text);
 
-/// The same, with the faults added to `faults`. A body with faults is replaced by a disc, and its joint has
-/// no limits, so that the rest of a scene can be checked. Returns nothing if the links do not form a chain.
+/// Reads a robot as readUrdf(), but adds its faults to `faults`. A body with faults is replaced by a disc,
+/// and its joint has no limits, so that the rest of a scene can be checked. Returns nothing if the links do
+/// not form a chain.
 /// limitedElsewhere: names of links whose joints' lower and upper the caller sets. Those of the URDF are not
 /// read, and the joints have none.
 /// @throws Refused for a text that is no XML, or too long

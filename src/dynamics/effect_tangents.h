@@ -1,8 +1,8 @@
 #pragma once
 
-/// What the effects add to the Jacobian: stiffness k and damping d of the joints, X·F of forces that keep
-/// their direction, K and D of forces that depend on the motion. Every road takes them from here: the exact
-/// solves, the Taylor series, the linear model.
+/// The terms of the effects in the Jacobian: stiffness k and damping d of the joints, X·F of forces that keep
+/// their direction, K and D of forces that depend on the motion. The exact solves, the Taylor series and the
+/// linear model use them.
 
 #include <vector>
 

@@ -28,9 +28,10 @@ namespace {
 constexpr double farthest = 1e3;
 /// rad in one step. Longer, a step passes the nearest minimum and ends in another one.
 constexpr double longestTurn = 1;
-/// Of the weight's moments: some fifty roundings. Below rounding, no pose is balanced.
+/// The largest moment of a balanced pose, over the moments of the weight: some fifty roundings. Below
+/// rounding, no pose is balanced.
 constexpr double exact = 1e-14;
-/// The same where no step lowers the energy. Larger, a pose on a slope may pass for one.
+/// That of a pose from which no step lowers the energy. Larger, a pose on a slope may count as balanced.
 constexpr double balanced = 1e-7;
 /// rad, off a stationary point. The energy falls by its square, 1e-6 of the curvature: far above rounding.
 /// Much larger, the push leads over the next ridge.
@@ -40,8 +41,8 @@ constexpr double push = 1e-3;
 constexpr double promised = 1e-4;
 /// A step is halved down to this share. Below, the energies of both ends differ by rounding alone.
 constexpr double shortestStep = 1e-10;
-/// Of the weight's moments: a pivot that is not above this has no sign, for rounding. Larger, the search
-/// leaves minima of soft chains; smaller, it stays on saddles.
+/// A pivot up to this share of the weight's moments may be rounding, so its sign is unknown. Larger, the
+/// search leaves minima of soft chains; smaller, it stays on saddles.
 constexpr double unsure = 1e-12;
 
 class Search {
@@ -134,7 +135,7 @@ class Search {
     return std::abs(least - q) > longestTurn ? least : q;
   }
 
-  /// What a displacement changes by where an angle turns by 1 rad, m. So forces are compared with moments.
+  /// The displacement that counts as much as an angle of 1 rad, m. It makes forces comparable with moments.
   double unitOf(int j) const { return coordinates_.isPrismatic(j) ? reach_ : 1; }
 
   /// @throws SearchGaveUp where springs or stops hold body j, else std::domain_error
@@ -263,7 +264,7 @@ class Search {
     sweepOutwards(scene_.chain, PointAt<double>{base_.pin, {}}, e_.data(), still_.data(), theta.data(),
                   still_.data(), [&](int j, const PointAt<double>& own) { place_[index(j)] = own.place; });
   }
-  /// What body j and all further out add. x: its coordinate; outer: the forces further out, which it joins.
+  /// Adds body j to the sums over the bodies further out. x: its coordinate; outer: the sum of forces.
   void addBody(int j, double x, Vec2d& outer) {
     const Link& link = scene_.chain.links()[index(j)];
     const Vec2d weight = link.mass * scene_.chain.gravity();

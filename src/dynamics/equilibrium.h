@@ -39,7 +39,7 @@ struct SearchGaveUp : std::domain_error {
   using std::domain_error::domain_error;
 };
 
-/// Of a search, unless it is told otherwise.
+/// The default limit of a search.
 inline constexpr int mostSearchSteps = 5000;
 
 /// Returns the relative angles, and the positions, of the equilibrium at time t, rad and m. Friction is

@@ -58,7 +58,7 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
   to.t = t;
   std::copy_n(y, 2 * n_, to.y.begin());
 
-  // What is given at t.
+  // Take the prescribed motions at t.
   takeCouplings(t);
   if (!to.isPlain) {
     to.base = couplings_.base();

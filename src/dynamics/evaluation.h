@@ -38,7 +38,7 @@ class Values : public std::vector<T> {
 
 /// Results at one state: a value. Vectors have ground components.
 struct Evaluation {
-  /// Of no state yet, with room for this chain. Allocates.
+  /// Has room for this chain, and no results yet. Allocates.
   Evaluation(const Mechanism& mechanism, const Effects& effects);
 
   /// True if it has the results of this state.

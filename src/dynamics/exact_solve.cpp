@@ -118,7 +118,7 @@ void ExactSolve::linearize(const Evaluation& at) {
                          kept.groundTurning, kept.ends.tip.force, kept.ends.tip.acting});
 }
 
-/// The chain's own motion stays. The base moves on, laws of held joints and loads change.
+/// The chain's own motion stays. The base moves on, and laws of prescribed joints and loads change.
 ///
 ///     δθ = φ̇      δω = φ̈      and of the ground pin velocity, acceleration and jerk
 Powers ExactSolve::timeDerivative(double* slopes) {

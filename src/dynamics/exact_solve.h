@@ -82,7 +82,7 @@ class ExactSolve {
       x[2 * places + 1] = (rhs[2 * places + 1] + dissipated) / s;
     }
   };
-  /// What chains that are not bare linearize at.
+  /// The state at which chains that are not bare are linearized.
   struct General {
     General(const Mechanism& mechanism, const Effects& effects)
         : bodies(mechanism.chain()),
@@ -114,7 +114,7 @@ class ExactSolve {
   }
   Powers powersAlongInOrder(const double* uv);
   void movePins(const double* u, const double* v);
-  /// That of prescribed joints and the base, along the last solution.
+  /// Returns the power of prescribed joints and the base, along the last solution.
   template <class Scalar>
   Scalar couplingPowerAlong(const Solver<Scalar>& solver) const;
   const Vec2d* forces() const {

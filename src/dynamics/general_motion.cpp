@@ -160,7 +160,7 @@ void GeneralMotion::runWelded(double t, const double* y, Evaluation& to) {
   welded.last = &to;
 }
 
-// ---- Held joints ---------------------------------------------------------------------------------------
+// ---- Prescribed joints: driven or stuck ----------------------------------------------------------------
 
 const Couplings& GeneralMotion::couplings(double t) {
   effects_.couple(t, 0, couplingsNow_);

@@ -64,7 +64,7 @@ struct GroupMatrix {
     return factorFull(least);
   }
 
-  /// The same with the first share that gives pivots above `least`. Returns false if none does.
+  /// Factors the matrix with the first share that gives pivots above `least`. Returns false if none does.
   bool factorBy(const std::vector<double>& shares, double least) {
     return std::any_of(shares.begin(), shares.end(),
                        [&](double share) { return factor(share, least) == kappa.size(); });

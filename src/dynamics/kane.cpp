@@ -120,7 +120,7 @@ Eigen::Vector2d axisOf(const Chain& chain, const Kane& k, int i) {
   return (RowVector2d(d.x, d.y) * k.S[index(i)]).transpose();
 }
 
-/// What a prismatic joint adds to accelerations as its body turns, 2 ω q̇ k̂×d; 0 of a revolute one.
+/// The Coriolis acceleration of a prismatic joint, 2 ω q̇ k̂×d; 0 for a revolute one.
 Eigen::Vector2d coriolisOf(const Chain& chain, const Kane& k, const RowVectorXd& omega, int i) {
   if (!chain.joints()[index(i)].isPrismatic) return Eigen::Vector2d::Zero();
   const Eigen::Vector2d d = axisOf(chain, k, i);

@@ -115,6 +115,17 @@ void noteMotion(const Scene& given, double t, const VectorXd& q, const VectorXd&
   notes.push_back(note);
 }
 
+void noteLimits(const Scene& scene, const VectorXd& tau, std::vector<std::string>& notes) {
+  for (int i = 0; i < tau.size(); ++i) {
+    const Joint& joint = scene.chain.joints()[index(i)];
+    const double limit = joint.other("effort_limit");
+    if (!joint.has("effort_limit") || std::abs(tau[i]) <= limit) continue;
+    const std::string unit = joint.isPrismatic ? " N" : " N m";
+    notes.push_back("tau: " + shown(tau[i]) + unit + " in " + joint.name + " is beyond its effort_limit, " +
+                    shown(limit) + unit + ": no command gives it");
+  }
+}
+
 /// With `hasMotors` only dead times are left out.
 void noteMotors(const Scene& scene, bool hasMotors, std::vector<std::string>& notes) {
   std::vector<std::string> left;
@@ -133,6 +144,14 @@ void noteMotors(const Scene& scene, bool hasMotors, std::vector<std::string>& no
 }
 
 // ---- Motors -----------------------------------------------------------------------------------------
+
+std::vector<LinearMotor> motorsOf(const Chain& chain, const VectorXd& qd, const OperatingPoint& about,
+                                  const VectorXd& tau) {
+  if (about.motors) return *about.motors;
+  VectorXd omega(qd.size());
+  chain.coordinates().toAbsolute(qd.data(), omega.data());
+  return steadyMotors(chain, tau.data(), omega.data());
+}
 
 /// T ẋ = u − x. The torque is x, or on the line it changes by −damping δq̇ alone.
 void addMotors(const std::vector<LinearMotor>& motors, LinearModel& model) {
@@ -199,21 +218,21 @@ LinearModel linearModel(const Scene& given, double t, const VectorXd& q, const V
     return result;
   };
 
-  LinearModel model{Eigen::MatrixXd::Zero(2 * n, 2 * n), Eigen::MatrixXd::Zero(2 * n, n), std::move(tau)};
+  LinearModel model{Eigen::MatrixXd::Zero(2 * n, 2 * n), Eigen::MatrixXd::Zero(2 * n, n), std::move(tau),
+                    VectorXd(n)};
+  coordinates.toRelative(at.slopes(), model.qdd.data());
   noteSticking(scene, couplings, model.notes);
-  if (qd.isZero(0)) {
-    VectorXd qdd(n);
-    coordinates.toRelative(at.slopes(), qdd.data());
-    noteMotion(bare, t, q, qdd, model.notes);
-  }
-  noteMotors(scene, about.motors.has_value(), model.notes);
+  if (qd.isZero(0)) noteMotion(bare, t, q, model.qdd, model.notes);
+  noteLimits(scene, model.tau, model.notes);
+  const bool hasMotors = about.motors || about.hasSteadyMotors;
+  noteMotors(scene, hasMotors, model.notes);
   model.A.topRightCorner(n, n).setIdentity();
   for (int j = 0; j < n; ++j) {
     model.A.col(j).tail(n) = along(j, 1, 0, -tangents.k[index(j)]);
     model.A.col(n + j).tail(n) = along(j, 0, 1, -tangents.d[index(j)]);
     model.B.col(j).tail(n) = along(j, 0, 0, 1);
   }
-  if (about.motors) addMotors(*about.motors, model);
+  if (hasMotors) addMotors(motorsOf(scene.chain, qd, about, model.tau), model);
   return model;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-/// What never changes of a chain: its bodies, and how its recursion is gone through. Chosen once, by the
-/// length and the processor; shared by all that computes with it.
+/// The constants of a chain: its bodies, and the kernel of its recursion, which is chosen once by the length
+/// and the processor. All computations with the chain share them.
 
 #include <optional>
 #include <variant>

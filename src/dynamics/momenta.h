@@ -1,6 +1,6 @@
 #pragma once
 
-/// What a free chain keeps as long as nothing but gravity acts on it from outside: with the centre of mass C,
+/// The momenta of a free chain, while nothing but gravity acts on it from outside: with the centre of mass C,
 /// its velocity V, and the angular momentum L about C,
 ///
 ///     C(t + h) = C + h V + h²/2 g          V(t + h) = V + h g          L(t + h) = L
@@ -43,7 +43,7 @@ inline bool isFree(const Scene& scene) {
 /// Only the constructor allocates.
 class Momenta {
  public:
-  /// Of a free chain. The arguments must outlive this object.
+  /// The chain must be free. The arguments must outlive this object.
   Momenta(const Mechanism& mechanism, Effects& effects)
       : mechanism_(mechanism), effects_(effects), n_(mechanism.size()), e_(index(n_)), torques_(index(n_)) {
     for (const Link& link : mechanism.chain().links()) mass_ += link.mass;

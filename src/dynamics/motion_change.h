@@ -41,7 +41,7 @@ class MotionChange {
   std::vector<double> turn, speed;    ///< of the coordinates and their rates, angles against the ground
   std::vector<double> N;              ///< moments about the inner pins
   std::vector<Vec2d> F;               ///< forces
-  std::vector<double> prescribed;     ///< q̈ of held joints
+  std::vector<double> prescribed;     ///< q̈ of prescribed joints
 
   /// Computes the results at an evaluation. hasForces: at.F acts.
   void find(const Evaluation& at, bool hasForces, const Couplings& couplings,

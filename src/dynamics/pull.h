@@ -33,7 +33,7 @@
 
 namespace planar_chain {
 
-/// What a link's centre of mass does; base-frame components.
+/// The motion of a link's centre of mass; base-frame components.
 struct CentreMotion {
   Vec2d place, velocity;  ///< m, m/s
   double omega;           ///< of the link, rad/s

@@ -180,7 +180,7 @@ class WeldedChain {
     }
     for (auto* numbers : {&theta_, &omega_, &N_}) std::fill(numbers->begin(), numbers->end(), 0.0);
   }
-  /// Of the joints of a body, inwards.
+  /// Writes the moments mu of the joints within a body, inwards.
   void writeMoments(std::size_t from, std::size_t to, Vec2d a, Vec2d F, double alpha, double ww,
                     const double* N, double* mu) const {
     double sum = 0;

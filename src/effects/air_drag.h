@@ -17,8 +17,8 @@ struct AirDrag {
 };
 AirDrag airDragOf(const Link& link);
 
-/// Of the key `drag` of links: `drag` in Link::others; its point is `drag/point/0`, `drag/point/1`, or the
-/// centre of mass.
+/// The key `drag` of links. Link::others has its value as `drag`, and its point as `drag/point/0` and
+/// `drag/point/1`; without them the point is the centre of mass.
 const EffectKind& airDragKind();
 
 }  // namespace planar_chain

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What a user commands while the chain moves: torques in joints, forces and moments on links.
+/// Commands of a user while the chain moves: torques in joints, forces and moments on links.
 ///
 /// Held commands act until the next one for the same joint or link replaces them, or until they end. Timed
 /// commands add up. A command that starts later than now waits. timed_terms.h has what they do.
@@ -69,9 +69,9 @@ class CommandEffect : public TimedTerms {
   double torqueAt(double t, std::size_t joint) const;
 
  private:
-  /// True if its torques are left to a motor.
+  /// True if a motor gives the joint's commanded torques.
   virtual bool hasMotor(int /*joint*/) const { return false; }
-  /// The same but for the limit.
+  /// As shareOf(), without the limit.
   virtual double passedOn(int /*joint*/, double /*acting*/) const { return 1; }
   bool hasRoom(double now) const;
   /// The command as it acts: after its dead time.

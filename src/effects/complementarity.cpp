@@ -96,7 +96,7 @@ class Pivoting {
   /// The first one alone, by Murty's scheme: several at once may go round in circles.
   void flipFirst() { flip(*std::find_if(joints_.begin(), joints_.end(), isWrong)); }
 
-  /// All that start in the wrong direction. Of those that break loose, the one with the most load.
+  /// Changes all joints that start in the wrong direction, and the most loaded of those that break loose.
   void flipOfAll() {
     RestingJoint* first = nullptr;
     for (RestingJoint& joint : joints_) {
@@ -110,7 +110,7 @@ class Pivoting {
     if (first) flip(*first);
   }
 
-  /// The same of each front.
+  /// Changes the leading wrong joint of each front.
   void flipOfFronts(int apart) {
     for (RestingJoint& joint : joints_) joint.flips = isWrong(joint) && leadsItsFront(joint, apart);
     for (RestingJoint& joint : joints_) {
@@ -134,7 +134,7 @@ class Pivoting {
     return true;
   }
 
-  /// What starts in the wrong direction sticks, until nothing does.
+  /// Lets joints that start in the wrong direction stick, until there are none.
   void giveUp() {
     for (flipped_ = 1; flipped_ > 0;) {
       chain_.solve(joints_);

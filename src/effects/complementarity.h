@@ -16,10 +16,10 @@
 /// fewer wrong joints, fronts get wider, at last as wide as the chain. Then the first wrong joint alone is
 /// changed, until there are fewer: Murty's scheme, which ends.
 ///
-/// If one joint alone is changed, what was wrong with it is right, for A is positive definite: one that
-/// breaks loose starts that way; one that stops does not start again the same way, but it may the other way.
-/// If this does not hold, rounding decides. Such a joint sticks, and is changed no more. So does, at the end,
-/// a joint that would start with far less q̈ than counts.
+/// Changing one wrong joint alone corrects it, for A is positive definite. A joint that breaks loose starts
+/// that way. A joint that stops does not start again the same way, but may start the other way. Otherwise
+/// rounding decides: the joint sticks, and is changed no more. At the end, a joint that would start with far
+/// less q̈ than counts sticks too.
 ///
 /// If a breakaway torque is larger than the friction of sliding, several solutions may exist. Then all joints
 /// stick at first, and only the one with the most torque for its breakaway torque is released each time, for
@@ -33,12 +33,12 @@
 
 namespace planar_chain {
 
-/// A joint at rest: the guess, and what the last solve() says of it.
+/// A joint at rest: the guess, and the results of the last solve().
 struct RestingJoint {
   int joint = 0;
   double direction = 0;    ///< 0: it sticks, else the sign of its q̈
   bool mustStick = false;  ///< it sticks, for rounding alone says otherwise, or it would hardly start
-  double widening = 2;     ///< of a held joint: by how much its band gets wider than its excess
+  double widening = 2;     ///< of a stuck joint: by how much its band gets wider than its excess
   // Results of solve():
   double excess = 0;   ///< of a stuck joint: |λ| − the torque that releases it, N m
   double load = 0;     ///< of a stuck joint: |λ| / breakaway torque

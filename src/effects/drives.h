@@ -1,7 +1,6 @@
 #pragma once
 
-/// What couples the accelerations of neighbours and is given: rotors, driven joints, the motion of the base,
-/// what holds the tip.
+/// Joint constraints that a scene gives: rotors, driven joints, the motion of the base, the held tip.
 ///
 ///     rotor     T = ½ J q̇²                       drive    q = law(t), and the torque follows
 ///     base      pin at (x(t), y(t)); joint 1 measures its angle from angle(t)

@@ -61,16 +61,17 @@ struct JointAnswer {
 };
 class Mechanics {
  public:
-  /// Valid until the next one. The next evaluation of f at the same state is free.
+  /// Returns the answer at this state, valid until the next call. The next evaluation of f at the same state
+  /// is free.
   virtual JointAnswer answer(double t, const double* y) = 0;
   /// Call it after a joint changes the direction in which it slips; with `holds` after joints stick or break
   /// loose.
   virtual void forget(bool holds) = 0;
-  /// Puts held joints where they are at t, exactly, and moves the others to where a held tip is. If that
-  /// changes a component by more than `most`, of 1 + |y|, it changes nothing. Without a held tip it moves the
-  /// held joints alone, however far.
+  /// Sets prescribed joints to their motion at t, exactly, and moves the others to satisfy the constraint of
+  /// the tip. If that changes a component by more than `most`, of 1 + |y|, it changes nothing. Without a held
+  /// tip it moves the prescribed joints alone, however far.
   virtual void snapPrescribed(double t, double* y, double most) = 0;
-  /// True if held joints and a held tip leave the motion undetermined, to rounding.
+  /// True if prescribed joints and a held tip leave the motion undetermined, to rounding.
   virtual bool isStretched(double t, const double* y) = 0;
 
  protected:
@@ -79,8 +80,8 @@ class Mechanics {
 
 /// The sums to which an effect adds its moments and forces, n each.
 struct Actions {
-  /// Of a revolute joint the moment about the own point of its body and of those that turn with it, N m (a
-  /// moment on body j belongs to Coordinates::turner(j)); of a prismatic joint the force along its axis, N.
+  /// A revolute joint has the moment about the own point of its body and of those that turn with it, N m (a
+  /// moment on body j belongs to Coordinates::turner(j)). A prismatic joint has the force along its axis, N.
   double* N = nullptr;
   Vec2d* F = nullptr;  ///< forces at the own points of the bodies, N; nullptr if no effect has any
 };

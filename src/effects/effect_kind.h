@@ -178,7 +178,7 @@ bool storesEnergy(const Joint& joint);
 /// The largest |q| of a joint, rad or m: the number of turns is exact, or, if the joint stores energy or
 /// is prismatic, q is to 1e-10.
 double largestAngle(const Joint& joint);
-/// The same for a fault: "a number from … to …".
+/// largestAngle() as a fault says it: "a number from … to …".
 const char* anglesInWords(const Joint& joint);
 
 }  // namespace planar_chain

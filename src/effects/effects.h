@@ -61,7 +61,7 @@ class Effects {
   const std::vector<InLanes*>& activeInLanes() const { return activeInLanes_; }
   const std::vector<Forces*>& activeForces() const { return activeForces_; }
 
-  // What they do together. Powers are summed here, for all recursions.
+  // The effects together. Powers are summed here, for all recursions.
   Powers apply(const ChainState& at, const Actions& to) const { return apply(active_, at, to); }
   static Powers apply(const std::vector<Effect*>& effects, const ChainState& at, const Actions& to) {
     Powers sum;

@@ -126,7 +126,7 @@ class Friction : public Effect, public JointConstraint, public Events, private R
     decide(t, y);
     if (!isClosed_) return;
     do {
-      // Those that stick take the others with them.
+      // Joints that stick set the rates of the others.
       const auto moves = [&](int joint) { return !joints_.isAtRest(joint, y + n_); };
       if (std::any_of(joints_.stuck().begin(), joints_.stuck().end(), moves))
         mechanics_->snapPrescribed(t, y, any);
@@ -136,7 +136,7 @@ class Friction : public Effect, public JointConstraint, public Events, private R
  private:
   /// Call it when joints stick or slip otherwise.
   void take() { mechanics_->forget(joints_.take()); }
-  /// True if a joint that comes to rest with this |q̈| is likely to go on the other way at once.
+  /// True if a joint that comes to rest with this |q̈| is likely to reverse without sticking.
   bool mayPass(int joint, double slope) const {
     return !joints_.hasBreakaway() && yield_[joint] > 0 &&
            slope > 2 * joints_.friction(joint) * yield_[joint];
@@ -151,8 +151,8 @@ class Friction : public Effect, public JointConstraint, public Events, private R
     yield_[joint] = joints_.slips(joint) ? (slope + after) / (2 * friction) : slope / more;
     arrival_.joint = -1;
   }
-  /// In a closed chain a joint may come to rest in a dead centre, where nothing in it can hold it: those that
-  /// would leave the motion undetermined go on. release: where they go.
+  /// In a closed chain a joint may come to rest in a dead centre, where no torque in it can hold it. Joints
+  /// that would leave the motion undetermined slip on. release: their direction.
   void passDeadCentres(double t, const double* y) {
     if (joints_.stuck().empty() || !mechanics_->isStretched(t, y)) return;
     for (RestingJoint& one : atRest_) {
@@ -233,7 +233,7 @@ class Friction : public Effect, public JointConstraint, public Events, private R
     const JointAnswer answer = mechanics_->answer(t_, y_);
     learn(answer);
 
-    // What is wrong with it?
+    // Find the joints whose guess is wrong.
     double most = 0;
     for (int i = 0; i < n_; ++i)
       most = std::max(most, std::abs(coordinates_.relative(answer.accelerations, i)));
@@ -263,7 +263,7 @@ class Friction : public Effect, public JointConstraint, public Events, private R
   Eigen::ArrayXd yield_;  ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
   Eigen::ArrayXd rememberedYield_;
 
-  // Of the present change:
+  // The present change:
   double t_ = 0;
   const double* y_ = nullptr;
   std::vector<RestingJoint> atRest_, others_;

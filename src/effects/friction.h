@@ -12,9 +12,9 @@
 /// Three parts: stick_slip.h is the state machine, complementarity.h decides which of several joints at rest
 /// stick, and friction_events.h has the event functions.
 ///
-/// A joint that comes to rest with |q̈| = a goes on the other way at once if a > 2 c Y, where Y = ∂q̈/∂μ. Y is
-/// known from the last time. So such a joint is not held first; if that was wrong, it sticks in the next
-/// round.
+/// A joint that comes to rest with |q̈| = a reverses without sticking if a > 2 c Y, where Y = ∂q̈/∂μ. Y is
+/// known from the last time that it came to rest. If it has changed so much that the joint does stick, the
+/// next round corrects this.
 
 #include "effects/effect_kind.h"
 

@@ -127,8 +127,8 @@ class GroundSprings : public PointForces, public Events, private ode::EventFunct
     bodies_->find(base_ ? planar_chain::stateOf(*base_, t) : BaseState{}, y, y + n_);
   }
   Line lineOf(std::size_t i) const { return {springs_[i], bodies_->of(points()[i].body, points()[i].point)}; }
-  /// Of the stretch and of S/k, m: above 0 if the state ends. Both must be wrong by more than rounding, as k
-  /// x and d L̇ may cancel.
+  /// Two event functions, of the stretch and of S/k, m: above 0 if the state ends. Both must be wrong by more
+  /// than rounding, as k x and d L̇ may cancel.
   void findEvents(std::size_t i, double* g) const {
     const Line line = lineOf(i);
     const State state = states_[i];

@@ -20,7 +20,7 @@
 
 namespace planar_chain {
 
-/// Of the key `springs` of scenes: Link::springs.
+/// The key `springs` of scenes: Link::springs.
 const EffectKind& groundSpringKind();
 
 /// How hard a spring pulls, N; negative: it pushes. v: the velocity of its point x.

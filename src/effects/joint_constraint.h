@@ -1,7 +1,7 @@
 #pragma once
 
-/// What couples the accelerations of neighbouring bodies, or moves the base (recursion/general.h): the part
-/// of an effect that gives q̈ of joints, rotors, or the motion of the ground pin.
+/// The part of an effect that couples the accelerations of neighbouring bodies, or moves the base
+/// (recursion/general.h): it gives q̈ of joints, rotors, or the motion of the ground pin.
 
 #include <vector>
 
@@ -26,14 +26,14 @@ inline BaseState stateOf(const BaseLaws& laws, double t) {
   return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate};
 }
 
-/// What couples at one time, or one order of its Taylor series: of each joint, and the motion of the base.
+/// The prescribed motions at one time, or one order of their Taylor series: of each joint and of the base.
 struct Couplings {
-  /// Of n joints: none, on a base at rest. Allocates.
+  /// No couplings of n joints, on a base at rest. Allocates.
   explicit Couplings(int n) : joints(static_cast<std::size_t>(n)), prescribed(joints.size()) {}
 
   BaseState base() const { return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate}; }
   Vec2d pinAcceleration() const { return {x.acceleration, y.acceleration}; }
-  /// Puts held joints where they are: relative angles and rates, n each.
+  /// Sets relative angles and rates of prescribed joints to the prescribed ones; n each.
   void hold(double* q, double* qd) const {
     for (std::size_t i = 0; i < joints.size(); ++i) {
       if (!joints[i].isPrescribed) continue;
@@ -43,20 +43,20 @@ struct Couplings {
   }
 
   std::vector<JointLaw<double>> joints;
-  std::vector<GivenMotion> prescribed;  ///< the motion of each held joint
+  std::vector<GivenMotion> prescribed;  ///< the motion of each prescribed joint
   GivenMotion x, y, angle;              ///< of the base
-  Tip<double> tip{};                    ///< how it is held; the acceleration as given
+  Tip<double> tip{};                    ///< its constraint; the acceleration as given
   Vec2d tipPlace, tipVelocity;          ///< as given
 };
 
 class JointConstraint {
  public:
   virtual ~JointConstraint() = default;
-  /// Writes order k of the Taylor series around t of what it couples, and nothing else. Order 0 is what it
-  /// couples at t. A piece of a law that enter() chose holds. Allocates nothing.
+  /// Writes order k of the Taylor series around t of its own couplings, and nothing else. Order 0 are the
+  /// couplings at t. A law keeps the piece that enter() chose. Allocates nothing.
   virtual void couple(double t, int k, Couplings& to) const = 0;
-  /// True if all that it ever couples are joints that it holds at the angles they have, at rest: the bodies
-  /// may then be welded.
+  /// True if it never does more than hold joints at rest, at the angles that they have. Their bodies may then
+  /// be welded.
   virtual bool onlyHolds() const { return false; }
   /// Replaces the law of a joint that it drives.
   virtual void follow(int /*joint*/, const MotionLaw& /*law*/) {}

@@ -40,7 +40,7 @@ class LoadEffect : public TimedTerms {
 
 // ---- Reading -------------------------------------------------------------------------------------
 
-/// What acts, and on what.
+/// Takes the force, moment or torque of a load, and the link or joint on which it acts.
 void takeAction(const Section& in, const ChainNames* names, Load& load) {
   load.link = takeReference(in, "link", names);
   load.joint = takeReference(in, "joint", names);

@@ -12,7 +12,8 @@ const EffectKind& loadKind();
 /// Returns the index of the link or joint that `key` names, or Load::none. key: "link" or "joint".
 int takeReference(const Section& in, const std::string& key, const ChainNames* names);
 
-/// Of every sine. Beyond it the rounding of ω t + phase is a noise that the energy guard notices.
+/// The phases that a sine may have. Beyond them the rounding of ω t + phase is a noise that the energy guard
+/// notices.
 inline NumberRule phaseRule() {
   return {" from -1e4 to 1e4 rad", -1e4, 1e4, true};
 }

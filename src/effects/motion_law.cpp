@@ -77,7 +77,7 @@ MotionLaw::Piece quintic(double start, double h, const GivenMotion& from, const 
 }  // namespace
 
 MotionLaw MotionLaw::then(double now, double start, const std::vector<MotionPoint>& points) const {
-  // What is left of this law.
+  // The rest of this law.
   MotionLaw law;
   std::vector<Piece>& pieces = law.pieces_;
   pieces.clear();

@@ -337,6 +337,16 @@ std::unique_ptr<CommandEffect> makeCommands(const Chain& chain, int capacity) {
   return std::make_unique<MotorCommands>(chain, capacity);
 }
 
+std::vector<LinearMotor> steadyMotors(const Chain& chain, const double* tau, const double* omega) {
+  constexpr double forever = std::numeric_limits<double>::infinity();
+  const std::unique_ptr<CommandEffect> commands = makeCommands(chain, chain.size());
+  for (int i = 0; i < chain.size(); ++i)
+    commands->hold({Load::none, {}, {}, 0, i, tau[i], -forever, forever}, -commands->delayOf(i));
+  commands->enter(0);
+  commands->finish(0);
+  return commands->motorsAt(0, omega);
+}
+
 // ---- The kind ----------------------------------------------------------------------------------------
 
 namespace {

@@ -36,6 +36,10 @@ bool changesCommands(const Joint& joint);
 /// The effect of commands in this chain; nullptr if there may be none.
 std::unique_ptr<CommandEffect> makeCommands(const Chain& chain, int capacity);
 
+/// Returns the joints with motors, and those whose torque is cut off, after tau (n, N m) has been commanded
+/// for long. omega: the rates ω, in chain order. Allocates.
+std::vector<LinearMotor> steadyMotors(const Chain& chain, const double* tau, const double* omega);
+
 /// Keys `motor` and `command_delay` of a joint.
 const EffectKind& motorKind();
 

@@ -15,11 +15,11 @@
 
 namespace planar_chain {
 
-/// Where the first bodies of a chain are, and how they move, from a state in chain order. Only the
-/// constructor allocates.
+/// Positions and velocities of the first bodies of a chain, from a state in chain order. Only the constructor
+/// allocates.
 class BodyMotions {
  public:
-  /// Of bodies 0 … count − 1. The chain must outlive this object.
+  /// For bodies 0 … count − 1. The chain must outlive this object.
   BodyMotions(const Chain& chain, int count);
 
   /// x, rates: angles from the base, displacements, and their rates.
@@ -36,7 +36,7 @@ class BodyMotions {
   std::vector<PointAt<double>> own_;
 };
 
-/// Where a force acts.
+/// The point at which a force acts.
 struct ForcePoint {
   int body;
   Vec2d point;  ///< m, link frame

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t parts = 8;  // sums in as many parts do not wait for each other
 
-/// Of the outer body's number and the inner one's, which is 0 where there is none.
+/// A number of the outer body less that of the inner one, which is 0 if there is none.
 struct Difference {
   std::size_t outer, inner;
   bool hasInner;
@@ -131,7 +131,7 @@ double Springs::dissipationAlong(const double* omega, const double* v) const {
 
 namespace {
 
-/// Of chains whose joints are all revolute.
+/// Springs of chains whose joints are all revolute.
 class SpringEffect : public Effect, public InLanes {
  public:
   explicit SpringEffect(const Chain& chain) : chain_(chain), inOrder_(chain), inLanes_(chain) {}
@@ -163,7 +163,7 @@ class SpringEffect : public Effect, public InLanes {
   Springs inOrder_, inLanes_;
 };
 
-/// Of chains with prismatic joints, joint by joint.
+/// Springs of chains with prismatic joints, joint by joint.
 class MixedSprings : public Effect {
  public:
   explicit MixedSprings(const Chain& chain) : coordinates_(chain.coordinates()) {

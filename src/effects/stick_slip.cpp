@@ -12,10 +12,11 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double never = -1e300;  // rad/s: no rate exceeds it
 
-/// The share of the tolerance that a joint held by its band may miss. With 1, a chain of many joints would
-/// miss the tolerance together; with 1e-4, rounding decides in chains of a hundred links at 1e-6.
+/// The share of the tolerance that a joint may err by if its band holds it. With 1, a chain of many joints
+/// would miss the tolerance together; with 1e-4, rounding decides in chains of a hundred links at 1e-6.
 constexpr double accuracy = 0.01;
-/// The same where c Y is below `weak` tolerances a second: a thousand such joints stick and slip with less.
+/// That share for a joint whose c Y is below `weak` tolerances a second: a thousand such joints stick and
+/// slip with less.
 constexpr double accuracyOfWeak = 0.1, weak = 1e4;
 /// A start with so many times what the band or rounding may hide is no error of the torque. With 10, joints
 /// of open chains stick and slip by turns. Without a bound, errors of rates in closed ones let bands grow
@@ -27,10 +28,10 @@ constexpr double negligible = 0.1;
 /// rad/s, of a prismatic joint times the chain's reach: more than the rate that the projection onto a held
 /// tip gives a joint at rest.
 constexpr double leftOver = 1e-11;
-/// Of the inertia that a body has about its pin, with what it carries there. A point mass and a prismatic
-/// joint without mass have none of their own: they would yield without bound, and no start, however fast,
-/// would count. Larger: bands may miss more than the tolerance. Smaller: a start below this share of what
-/// friction gives at most counts as rounding.
+/// The least inertia of a body itself, as a share of its inertia about its pin with what it carries there. A
+/// point mass and a prismatic joint without mass have none of their own: their yield would have no bound, and
+/// no start, however fast, would count. Larger: bands may miss more than the tolerance. Smaller: a start
+/// below this share of what friction gives at most counts as rounding.
 constexpr double leastOwn = 1e-6;
 
 /// The yield of each joint to its torque or force, as if no pin held its bodies. With a prismatic joint, a

@@ -17,12 +17,12 @@
 ///
 /// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, of a prismatic joint times the
 /// chain's reach; and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller.
-/// (I of a point mass: stick_slip.cpp.) So what a joint misses that the band holds for T is less than a T²/2.
+/// (I of a point mass: stick_slip.cpp.) So a joint that the band holds for T errs by less than a T²/2.
 /// Between long stretches that stick, ∂q̈/∂μ may be 1e8 times smaller: a joint that breaks loose there and
-/// starts with far less than a is held by a wider band. If a joint breaks loose with less than 1000 a (or
+/// starts with far less than a gets a wider band. If a joint breaks loose with less than 1000 a (or
 /// 1000 roundings of q̈) and comes to rest again without its angle moving by more than rounding, its torque
-/// was not known to be larger: its band becomes four times as wide. So a joint cannot stick and slip by turns
-/// where it does not move, whatever rounding does, and bears no torque that would start it clearly. A joint
+/// was not known to be larger: its band becomes four times as wide. So rounding cannot make a joint
+/// stick and slip by turns where it does not move, and a torque that clearly starts it does start it. A joint
 /// that moves gets its own band back.
 ///
 /// A joint whose breakaway torque changes no rate by more than a tenth of the tolerance in a second, c Y <
@@ -47,8 +47,9 @@ inline bool mayStick(const Joint& joint) {
 class StickSlip {
  public:
   using Numbers = Eigen::ArrayXd;
-  /// Of the breakaway torque, or of the largest acceleration: a few thousand roundings, as both are sums over
-  /// the bodies. Smaller, rounding decides what sticks in long chains; larger, weak starts are not seen.
+  /// A share of the breakaway torque, or of the largest acceleration: a few thousand roundings, as both are
+  /// sums over the bodies. Smaller, rounding decides what sticks in long chains; larger, weak starts are not
+  /// seen.
   static constexpr double rounding = 1e-12;
 
   /// tolerance: of rates, per second; 0 without error control.
@@ -58,7 +59,7 @@ class StickSlip {
 
   // ---- The joints ---------------------------------------------------------------------------------------
 
-  /// Those with friction; of them, those that stick, and those that are loose.
+  /// The joints with friction. stuck() and loose() are those of them that stick, and that are loose.
   const std::vector<int>& joints() const { return joints_; }
   /// Joints whose friction is too weak for the tolerance.
   const std::vector<int>& leftOut() const { return leftOut_; }
@@ -76,7 +77,7 @@ class StickSlip {
   bool hasBreakaway() const { return hasBreakaway_; }
   /// The torque of friction in each joint, N m: −c sign(q̇) of those that slip, and what loose ones bear.
   auto torques() const { return -(direction_ + push_) * sliding_; }
-  /// The same as moments on the bodies.
+  /// The torques of friction as moments on the bodies, N m.
   const Eigen::VectorXd& moments() const { return moments_; }
 
   // ---- What is due ---------------------------------------------------------------------------------------
@@ -88,7 +89,7 @@ class StickSlip {
   }
   /// How far a slipping joint is past its rest, rad/s. ≤ 0: it slips on. Far below 0 unless it slips.
   double slipPastRest(int joint, const double* omega) const;
-  /// The same of all.
+  /// slipPastRest() of all joints.
   void findSlipPastRest(const double* omega, double* due) const;
   /// Their derivatives, but for rounding, rad/s².
   void findSlipSlope(const double* alpha, double* slope) const;
@@ -111,11 +112,11 @@ class StickSlip {
 
   /// Sets a joint by its rate. One at rest sticks.
   void enter(int joint, const double* y);
-  /// A slipping joint has come to rest at the state y. It sticks, or goes on the other way if passes.
+  /// A slipping joint has come to rest at the state y. It sticks, or reverses if `passes`.
   void rest(int joint, const double* y, bool passes);
   /// A joint is exactly at rest at the state y, whether it has moved or not. It sticks.
   void stay(int joint, const double* y);
-  /// Of a joint at rest: 0, it sticks; else it starts.
+  /// A joint at rest starts in this direction; 0: it sticks.
   void start(int joint, double direction);
   /// All joints stick, slip and are loose as those of another chain of this kind.
   void takeFrom(const StickSlip& other) {
@@ -126,7 +127,7 @@ class StickSlip {
   }
   /// A joint starts with this |q̈|, of which rounding may give `rounded`, rad/s².
   void startWith(int joint, double start, double rounded);
-  /// Of a stuck joint. push: the direction against which it bears its friction; 0: none.
+  /// A stuck joint gets loose. push: the direction against which its friction acts; 0: none.
   void loosen(int joint, double push);
   /// A loose joint slips as it moves.
   void slip(int joint, const double* omega);
@@ -155,7 +156,7 @@ class StickSlip {
   double tolerance_;
   bool hasBreakaway_ = false;
   std::vector<int> joints_, leftOut_, stuck_, before_, loose_;
-  // Of each joint:
+  // One number for each joint:
   Numbers sliding_, breakaway_;  ///< torques, N m
   Numbers mostYield_;            ///< Y
   Numbers unit_;                 ///< of the tolerance: 1, or the reach, m, of a prismatic joint

@@ -281,9 +281,9 @@ class Tail {
   Pack isNumber_;  ///< 0, or NaN if the last order is not finite: larger() might drop that
 };
 
-/// Of a step h before. The error grows as h^(k−1), where the kept terms have k = order − 5 … order.
-/// A step is taken as found if its error is between `least` and 1 of what is allowed. With `aimed` between,
-/// an inexact power still hits that range, mostly in two rounds. `most` rounds end a search that does not.
+/// Returns the step after one of h. The error grows as h^(k−1); the kept terms have k = order − 5 … order. A
+/// step is taken if its error is between `least` and 1 of what is allowed. With `aimed` between, an inexact
+/// power still hits that range, mostly in two rounds. After `most` rounds the search ends.
 Pack nextStep(const Tail& tail, int order, Pack h) {
   constexpr double least = 0.5, aimed = 0.7;
   constexpr int most = 60;

@@ -54,7 +54,7 @@ class GeneralRows {
   [[gnu::always_inline]] void putJoint(std::ptrdiff_t j, const JointTerms<Lane>& joint) const {
     put(terms, j, joint.u.x, joint.u.y, joint.v, joint.epsilon, joint.inverseD, joint.D0);
   }
-  /// Of a bare joint.
+  /// The terms of a bare joint.
   [[gnu::always_inline]] OutwardTerms<Lane> outwardTerms(std::ptrdiff_t j) const {
     return {pair(terms, j), P(j), number(terms + 2, j), ww(j)};
   }

@@ -47,7 +47,7 @@ struct MixedJoint {
   }
 };
 
-/// What a force and a moment in the outer end of a segment change: TipTerms with three columns.
+/// The effect of a force and a moment in the outer end of a segment: TipTerms with three columns.
 struct OuterTerms {
   Triple<Pack> Gx, Gy, Gm;  ///< rows of G
   Matrix3<Pack> C{};
@@ -153,7 +153,7 @@ template <bool hasForces, bool hasPrismatic>
   return {d, articulated, outer};
 }
 
-/// What all segments together show, in ground axes. sides: b, c and c_y.
+/// The articulated terms of all segments together, in ground axes. sides: b, c and c_y.
 [[gnu::always_inline]] inline ArticulatedTerms<double> articulatedTermsOf(const SegmentTerms<Pack>& all,
                                                                           const SegmentSides<Pack>& sides) {
   const auto first = [](const Pack& a) { return a.v[0]; };
@@ -169,7 +169,7 @@ template <bool hasForces, bool hasPrismatic>
   const auto first = [](const Pack& a) { return a.v[0]; };
   const auto vector = [&](const Vec2p& a) { return Vec2d{first(a.x), first(a.y)}; };
   const Axes axes{all.d};
-  // What takes a force in the tip's own axes takes one in ground axes.
+  // Turn the terms of the tip's force from its own axes to ground axes.
   const Matrix3<Pack>& G = all.G;
   const Triple<Pack> Gx = axes.toGround(G.x), Gy = axes.toGround(G.y), eta = axes.toGround(G.z);
   const Triple<Pack> tip = axes.toGround(sides.c);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// The recursions of a chain in SIMD lanes: sines and cosines, and the recursion of articulated.h for
-/// segments of a chain. The same source is compiled once for each kind of CPU (simd/cpu.h). segments.h has
-/// the mathematics.
+/// segments of a chain. This source is compiled once for each kind of CPU (simd/cpu.h). segments.h has the
+/// mathematics.
 
 #include <array>
 #include <vector>
@@ -46,8 +46,8 @@ struct ShortChains {
   Run (*runFor)(int n, LoadKind acting);
 };
 
-/// What the exact solve and the general recursion keep of a pair of segments (LinearPairs): d, and eight
-/// matrices.
+/// The numbers that the exact solve and the general recursion store for a pair of segments (LinearPairs): d,
+/// and eight matrices.
 constexpr int pairQuantities = 2 + 8 * 9;
 
 /// How the general recursion takes a joint, link by link.
@@ -105,7 +105,7 @@ struct Steps {
   double* first;
 };
 
-/// The same layout, for the exact solve; see linearized_segments.h. A complex number has its real parts
+/// Arrays in that layout for the exact solve; see linearized_segments.h. A complex number has its real parts
 /// first. Nothing else is stored, as long chains wait for memory.
 struct LinearArrays {
   static constexpr int jointQuantities = 2;  ///< k, d
@@ -148,7 +148,7 @@ struct SeriesLink {
   Vec2<Real> mr, p;
 };
 
-/// The same for a carriage and one body on it; see series_cart.h.
+/// A carriage and one body on it, for the Taylor series of a motion; see series_cart.h.
 struct SeriesCart {
   double mass, perMass;   ///< of both, and 1 over it
   double moment;          ///< σ

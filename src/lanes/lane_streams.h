@@ -88,7 +88,7 @@ inline Triple<Scalar> mapped(const Triple<Scalar>& a, F f) {
   return {mapped(a.x, f), mapped(a.y, f), mapped(a.z, f)};
 }
 
-/// The same number in all lanes.
+/// One number in all lanes.
 template <class Scalar>
 Scalar everywhere(const double* from) {
   return mapped(Scalar(), [&from](auto a) { return decltype(a)(*from++); });

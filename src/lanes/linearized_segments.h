@@ -3,8 +3,8 @@
 /// The exact solve of linearized.h for long chains, in segments that run side by side in SIMD lanes, as those
 /// of segments.h do.
 ///
-/// What passes a joint: X = (δa, u'), how its pin accelerates and its inner body turns, and Y = (force,
-/// moment), what the inner body gives. A segment whose outer joint transmits a still unknown Y' shows
+/// A joint transmits X = (δa, u'), the acceleration of its pin and the turning of its inner body, and Y =
+/// (force, moment) from the inner body. A segment whose outer joint transmits a still unknown Y' has
 ///
 ///     Y = K X + y + G Y'          X' = H X − C Y' + c
 ///
@@ -38,7 +38,7 @@
 
 namespace planar_chain {
 
-/// What a factorization stores of each body for the way in of a solve: all that it reads, or no more than the
+/// The factors of each body that are stored for the way in of a solve: all that it reads, or no more than the
 /// way out needs. The rest is then computed again. Both give the same bits. Long chains wait for memory:
 /// `least` gains 24 % of radau13 with 10,000 links. `all` gains 11 % of rodas5p with 1000. whatFits chooses
 /// by the size of a cache.

@@ -36,7 +36,7 @@ namespace planar_chain {
 /// one chain after the other.
 class SeriesStorage {
  public:
-  /// Of n links each, for a series up to `order`. Allocates; the other functions do not.
+  /// For chains of n links each, and a series up to `order`. Allocates; the other functions do not.
   SeriesStorage(int n, int order, int lanes, bool holdsTip = false);
   /// Link j of the chain in a lane.
   void put(int j, std::size_t lane, const Link& link);

@@ -51,14 +51,14 @@ struct Kernel;
 /// m, I, r and p of the links in rows of lanes: lane s of step i is link s·apart + i·next. Places beyond the
 /// end of the chain have no mass, no length, and I = 1. Allocates.
 CacheLines linksInLanes(const Chain& chain, int lanes, int steps, int apart, int next);
-/// The same for a chain cut into segments.
+/// linksInLanes() for a chain that is cut into segments.
 inline CacheLines linksInLaneOrder(const Chain& chain, const LaneOrder& laneOrder) {
   return linksInLanes(chain, laneOrder.lanes(), laneOrder.steps(), laneOrder.steps(), 1);
 }
 
 /// e_j = exp(i θ_j) for n angles, rad, to about 1 ulp for any finite angle. Allocates nothing.
 void rotations(const double* theta, Rotation<double>* e, int n);
-/// The same, with the same digits on every x86-64 CPU up to 1.6e6 rad.
+/// rotations() with the same digits on every x86-64 CPU, up to 1.6e6 rad.
 void plainRotations(const double* theta, Rotation<double>* e, int n);
 Rotation<double> plainRotation(double theta);
 

@@ -98,7 +98,7 @@ class CartAndPole {
   /// s_k, c_k, s_k, c_k
   Four placeAt(int k) const { return Four::load(rows_ + row * k + 4); }
 
-  /// What ω_1 and X_0 add to each further order.
+  /// Computes the terms of ω_1 and X_0 in each further order.
   void takeFirst(Pair X0) {
     omega1_ = omega_;
     moreOfPlace_ = {Pair::Register{0, -ofU_.v[1] * omega_.v[1]}};

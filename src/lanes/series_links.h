@@ -15,7 +15,7 @@ namespace {
 /// A body at the order in hand.
 template <class Real>
 struct BodyInSeries {
-  // Of order 0: U/D, 1/D, and the articulated mass at the outer pin.
+  // Order 0: U/D, 1/D, and the articulated mass at the outer pin.
   Vec2<Real> W;
   Real inverseD;
   Sym2<Real> A;

@@ -7,8 +7,8 @@ namespace planar_chain {
 
 namespace {
 
-/// What two bodies in closed form take: M_11, J_2 | J_1 J_2 + m_2 |p_1|² I_2 | S_1, S_2 | p_1, p_2, each x,
-/// y; one body a lane.
+/// The constants of two bodies in closed form: M_11, J_2 | J_1 J_2 + m_2 |p_1|² I_2 | S_1, S_2 | p_1, p_2,
+/// each x, y; one body a lane.
 CacheLines twoInLanes(const Chain& chain, int lanes) {
   const Link &first = chain.links()[0], &second = chain.links()[1];
   const double J1 = first.inertia + first.mass * dot(first.com, first.com);

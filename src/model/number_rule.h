@@ -16,7 +16,7 @@ constexpr double largestFactor = 1e100;
 inline bool isFactor(double x) {
   return std::abs(x) <= largestFactor;
 }
-/// What is expected in place of an x that is none.
+/// The words of a fault for an x that is not allowed: what is expected.
 inline const char* factorInWords(double x) {
   return std::isfinite(x) ? "a number from -1e100 to 1e100" : "a finite number";
 }

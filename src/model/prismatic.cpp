@@ -23,8 +23,8 @@ constexpr double leastAngle = 1e-6;
 
 /// True if in some configuration a motion of the carriages has no kinetic energy. Only the outermost one
 /// counts: if it moves, the other one may be at rest. Without mass, the chain alone could give it inertia. In
-/// such a motion the first body behind it turns about its centre of mass, and has I = 0. The same holds for
-/// each further body whose pin this moves, up to the tip or to a pin at a centre of mass, which does not
+/// such a motion the first body behind it turns about its centre of mass, and has I = 0. So
+/// does each further body whose pin this moves, up to the tip or to a pin at a centre of mass, which does not
 /// move. A prismatic link with I > 0 turns with one of these bodies; one with I = 0 counts as still.
 bool canMoveWithoutEnergy(const std::vector<Link>& links, const std::vector<Joint>& joints,
                           std::size_t carriages) {

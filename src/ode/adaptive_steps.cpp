@@ -22,7 +22,7 @@ constexpr double takenBack = 0.75;
 constexpr double tiny = 1e-30;
 /// After a rejection the next attempt is at most this share of the last: an error just above 1 must fall.
 constexpr double shorter = 0.9;
-/// The same after a result that is not finite, which says nothing of the error.
+/// That share after a result that is not finite, which says nothing about the error.
 constexpr double farShorter = 0.1;
 
 // Error estimates that are rounding.

@@ -61,7 +61,7 @@ class AdaptiveSteps : public Integrator {
   /// The next step is this share of the one whose error would just be allowed, as in Hairer's codes. Nearer
   /// to 1 more steps are rejected, farther from it all are shorter.
   static constexpr double safety = 0.9;
-  /// The same if the error is known before the attempt: no step is rejected then, but for rounding.
+  /// That share if the error is known before the attempt. Then only rounding can reject a step.
   static constexpr double sure = 0.98;
   /// The error of at least this share of a step is taken for that of the whole one.
   static constexpr double nearlyWhole = 0.9;

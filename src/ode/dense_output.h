@@ -33,7 +33,7 @@ class DenseOutput {
   void take(const State& from, const State& to, Integrator* polynomial = nullptr);
   /// Call it when f has jumped.
   void forget();
-  /// What is known where the next step starts.
+  /// The values that are known where the next step starts.
   void saveOrRestore(Snapshot& snapshot);
 
   /// True if errorAt() and land() cost little: f is known at both ends, or not needed.

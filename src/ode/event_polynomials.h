@@ -9,8 +9,8 @@
 
 namespace planar_chain::ode {
 
-/// Where the cubic on 0 ≤ s ≤ 1 whose value and derivative by s are these at 0 and 1 has its local maximum;
-/// outside (0, 1), or NaN, if there is none within.
+/// Returns the s of the local maximum of the cubic with these values and derivatives by s at 0 and 1. Outside
+/// (0, 1), or NaN, if it has none between.
 inline double topOfCubic(double g0, double slope0, double g1, double slope1) {
   // The derivative is 3 (d0 r² + 2 d1 r s + d2 s²), r = 1 − s: differences of Bézier coefficients.
   const double d0 = slope0 / 3, d2 = slope1 / 3, d1 = g1 - g0 - d0 - d2;

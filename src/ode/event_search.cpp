@@ -15,7 +15,8 @@ namespace {
 /// as its values and slopes there tell. Larger: more steps are looked at closely. Smaller: a method of high
 /// order, whose steps are long, may miss an event.
 constexpr double farther = 4;
-/// Of the interval: nearer to an end, a cut leaves the other part nearly as long, and says nothing of e.
+/// A cut is at least this share of the interval away from its ends. Nearer to an end, it leaves the other
+/// part nearly as long, and says nothing about e.
 constexpr double leastShare = 1. / 8;
 
 /// The times that differ by more than rounding.
@@ -216,8 +217,8 @@ Eigen::Index EventSearch::firstOpen(const Sample& a, const Sample& b, const Numb
 /// The last look, from `depth` on: cuts [a, b], whose e is that of the cut before.
 EventSearch::Result EventSearch::resolve(Sample& a, Sample& b, std::size_t depth, StepStates& states) {
   const Eigen::Index open = firstOpen(a, b, cuts_[depth - 1].e);
-  // What is still open at the last cut happens for a share of the step that moves nothing. Where so many
-  // steps do not decide, equal ones are unstable.
+  // A function that is still open at the last cut is above 0 for a share of the step that moves nothing. If
+  // so many steps do not decide, equal ones are unstable.
   const bool isLast = depth > deepest || cutsMade_ == mostCuts || stepsMade_ == mostSteps ||
                       !(b.t - a.t > narrowest(a.t, b.t - a.t));
   if (open < 0 || isLast) return mostOfOpen(b) > 0 ? setBracket(a, b) : Result::nothing;
@@ -228,8 +229,8 @@ EventSearch::Result EventSearch::resolve(Sample& a, Sample& b, std::size_t depth
   return first == Result::nothing ? resolve(between, b, depth + 1, states) : first;
 }
 
-/// Where the search is likely to go on, of [a, b]: behind the first event if this function is not the one
-/// that happens; else where its cubic is highest, or in the middle.
+/// Returns the share of [a, b] at which to cut: behind the first event if this function is not the one that
+/// happens; else where its cubic is highest, or in the middle.
 double EventSearch::shareOfCut(const Sample& a, const Sample& b, Eigen::Index open) const {
   const double h = b.t - a.t;
   const auto isWithin = [](double s) { return s >= leastShare && s <= 1 - leastShare; };
@@ -349,7 +350,7 @@ LocatedEvent EventSearch::root(const Group& group, Eigen::Index i, double last, 
   LocatedEvent found{last, group.functions, -1, 0};
   double low = t0, high = last;
   while (high - low > narrow) {
-    // Where rounding leaves the polynomial no zero, by halves.
+    // Halve the interval if rounding leaves the polynomial no zero.
     double t = t0 + h * curve.zero((low - t0) / h, (high - t0) / h);
     const bool isOfUse = !curve.isFull() && t > low && t < high;
     if (!isOfUse) t = low + (high - low) / 2;

@@ -47,7 +47,7 @@ class StatesWithin {
   ~StatesWithin() = default;
 };
 
-/// The same by the dense output.
+/// The states within a step by the dense output.
 class StepStates : public StatesWithin {
  public:
   virtual const Eigen::VectorXd& accelerationsAt(double t) = 0;
@@ -75,19 +75,19 @@ class EventSearch {
   /// size: of states; n: of q. The functions must outlive this object.
   EventSearch(const EventList& events, Eigen::Index size, Eigen::Index n);
 
-  /// Where the next interval starts. Unless `anew`, values of the same state are kept.
+  /// Sets the start of the next interval. Unless `anew`, values of the same state are kept.
   void start(double t, const Eigen::VectorXd& y, bool anew);
   /// Searches from the start to this state, which is the next start if there is nothing. Otherwise no event
   /// has happened at before(), and one has at behind().
   Result search(double t, const Eigen::VectorXd& y, StepStates& states);
-  /// The same by both ends alone.
+  /// Searches as search(), but by both ends alone.
   Result look(double t, const Eigen::VectorXd& y);
   /// Moves behind() to this state. Returns false, and changes nothing, if no event has happened there.
   bool shorten(double t, const Eigen::VectorXd& y);
   /// The first event between before() and behind(), by the states given.
   LocatedEvent locate(StatesWithin& states);
 
-  /// What start() keeps.
+  /// The values that start() keeps.
   void saveOrRestore(Snapshot& snapshot) { snapshot(isKnown_, from_.t, from_.y, from_.g, from_.slope); }
 
   const Sample& before() const { return from_; }

@@ -34,8 +34,8 @@ class LocalStiffness {
   }
   /// Makes the next maybeUpdate() the first one.
   void forget() { calls_ = 0; }
-  /// The same where f has become stiffer or less stiff: from now on its least stiff state tells how long an
-  /// error of a rate lasts. After a stop is left it stays.
+  /// Call this when f has become stiffer or less stiff. As forget(); and from now on the least stiff state
+  /// gives the time that an error of a rate lasts, also after a stop is left.
   void change() {
     forget();
     lasting_ = &least_;
@@ -114,8 +114,8 @@ class LocalStiffness {
   Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
 };
 
-/// The error that a step of h may add to an angle: most × size, or perNoise × noise_i if that is more. Of a
-/// rate, mostOfRates in place of most.
+/// The error that a step of h may add to an angle: most × size, or perNoise × noise_i if that is more. A rate
+/// has mostOfRates in place of most.
 struct Allowance {
   Allowance(const Tolerance& tolerance, const LocalStiffness& stiffness, double h)
       : most(mostAt(tolerance.value, h)),
@@ -125,7 +125,7 @@ struct Allowance {
 
   double most, turningTime, mostOfRates, perNoise;
 
-  /// Of component i of y.
+  /// The size of component i of y.
   double size(const Tolerance& tolerance, const Vector& y, Eigen::Index i) const {
     const double size = tolerance.size(y, i);
     return i < tolerance.firstRate

@@ -58,7 +58,7 @@ class Radau : public ImplicitStepper {
   /// Allocates.
   Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const LocalStiffness> stiffness);
 
-  /// Of the last attempt.
+  /// The cost of the last attempt.
   double cost() const override {
     constexpr double sums = 1;  // of all stages, in evaluations
     const LinearCosts linear = f_.linearCosts();

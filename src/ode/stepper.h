@@ -54,7 +54,7 @@ class Stepper {
   virtual bool foresees(const State& /*from*/, double /*h*/) { return false; }
   /// Attempts a step from (t, y). Sets increment() ≈ y(t + h) − y and, with an estimate, error().
   virtual void step(double t, double h, const Vector& y) = 0;
-  /// The same after foresees() with nearly this h, where error() is not needed.
+  /// Attempts a step after foresees() with nearly this h. error() is not needed.
   virtual void stepAsForeseen(double t, double h, const Vector& y) { step(t, h, y); }
   /// As step(), but again from the start of the last accepted step. Discards the f known at its end.
   virtual void stepAgain(double t, double h, const Vector& y) {
@@ -75,12 +75,12 @@ class Stepper {
     stepAgain(state.t, t - state.t, state.y);
     return take(state, t);
   }
-  /// The same, of a step that is a polynomial, and without integrals.
+  /// As takeAgain(), for a step that is a polynomial, and without integrals.
   virtual bool lookAgain(State& state, double t) { return takeAgain(state, t); }
   /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}
-  /// What the next steps depend on (simd/snapshot.h). The tolerance is set before.
+  /// The values on which the next steps depend (simd/snapshot.h). Set the tolerance before.
   virtual void saveOrRestore(Snapshot& snapshot) = 0;
   /// Call this when f has jumped or the state was set. Discards all stored values of f.
   virtual void forget() = 0;

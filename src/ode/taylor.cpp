@@ -108,7 +108,7 @@ void Taylor::findError(const Shares& weights) {
   putInLaneOrder(error_);
 }
 
-/// Of angles and rates.
+/// Finds the increments of angles and rates.
 void Taylor::findTurn(double h) {
   vectors_.polynomial(h, c_.data(), order_, sumFor(increment_).data(), f_.driving());
   putInLaneOrder(increment_);

@@ -33,7 +33,7 @@ class Taylor : public Stepper {
   /// f must outlive the stepper. Allocates.
   Taylor(SeriesSystem& f, double tolerance);
 
-  /// Of the last attempt.
+  /// The cost of the last attempt.
   double cost() const override { return cost_; }
   const Vector& derivative(double t, const Vector& y) override;
   bool foresees(const State& from, double h) override {
@@ -77,7 +77,7 @@ class Taylor : public Stepper {
     f_.toChainOrder(y.data(), room.data());
     return room.data();
   }
-  /// Where to sum what putInLaneOrder() takes to `result`, with 0 for the integrals.
+  /// Returns the vector for a sum that putInLaneOrder() then writes to `result`, with 0 for the integrals.
   Vector& sumFor(Vector& result) { return hasOneOrder_ ? result : sum_; }
   void putInLaneOrder(Vector& result) {
     sumFor(result).tail(integrandRates_.size()).setZero();

@@ -17,8 +17,8 @@ struct Parameter {
   std::string defaultValue;  ///< empty: none, so that it has to be given
 };
 
-/// Those of the first line of a function's text, as pybind11 writes it: "f(a: type[x, y], b: type = 3) ->
-/// type".
+/// Returns the parameters in the first line of a function's text, as pybind11 writes it:
+/// "f(a: type[x, y], b: type = 3) -> type".
 std::vector<Parameter> parametersOf(const std::string& text) {
   std::vector<Parameter> parameters;
   const std::string line = text.substr(0, text.find('\n'));
@@ -78,8 +78,8 @@ std::string faultOf(const std::vector<Parameter>& parameters, const py::tuple& a
   return "an argument of another type";
 }
 
-/// What a function of the module is called with: the function of pybind11, its name for users, and the class
-/// that it constructs, or None.
+/// A function of the module: the function of pybind11, its name for users, and the class that it constructs,
+/// or None.
 struct Target {
   PyObject* function;
   PyObject* label;

@@ -67,8 +67,9 @@ py::tuple shownModel(LinearModel model) {
 namespace {
 
 /// tau: None, "holding" or n numbers; friction: "acts" or "slips"
-OperatingPoint pointOf(const Given& tau, const py::object& friction) {
+OperatingPoint pointOf(const Given& tau, const py::object& friction, bool motors) {
   OperatingPoint about;
+  about.hasSteadyMotors = motors;
   if (py::isinstance<py::str>(tau)) {
     about.isHeld = tau.equal(py::str("holding"));
     if (!about.isHeld) throw Refused({{"tau", "None, 'holding' or an array of numbers", shown(tau)}});
@@ -99,18 +100,32 @@ Eigen::VectorXd inverseAt(const TreeAndScene& of, const py::object& acceleration
 
 static void bindLinearize(py::module& module) {
   const auto none = [](const char* name) { return py::arg(name) = py::none(); };
+  const auto modelOf = [](const TreeAndScene& of, const Given& at, const Given& rates, const Given& tau,
+                          const py::object& friction, const py::object& time, bool motors) {
+    const OperatingPoint about = pointOf(tau, friction, motors);
+    const auto near = [&about](const Scene& its, double when, const auto& angles, const auto& ratesThen) {
+      requireFewLinks(its);
+      return released([&] { return linearModel(its, when, angles, ratesThen, about); });
+    };
+    return atGiven(of, time, at, rates, near);
+  };
+  module.def(
+      "_operating_point",  // for state_space() and modes()
+      [modelOf](const TreeAndScene& of, const Given& at, const Given& rates, const Given& tau,
+                const py::object& friction, const py::object& time, bool motors) {
+        LinearModel model = modelOf(of, at, rates, tau, friction, time, motors);
+        Eigen::VectorXd torques = model.tau, qdd = model.qdd;
+        requireFinite("accelerations", qdd);
+        return py::make_tuple(shownModel(std::move(model)), std::move(torques), std::move(qdd));
+      },
+      "((A, B), tau, qdd)");
   module.def(
       "linearize",
-      [](const TreeAndScene& of, const Given& at, const Given& rates, const Given& tau,
-         const py::object& friction, const py::object& time) {
-        const OperatingPoint about = pointOf(tau, friction);
-        const auto near = [&about](const Scene& its, double when, const auto& angles, const auto& ratesThen) {
-          requireFewLinks(its);
-          return shownModel(released([&] { return linearModel(its, when, angles, ratesThen, about); }));
-        };
-        return atGiven(of, time, at, rates, near);
-      },
+      [modelOf](const TreeAndScene& of, const Given& at, const Given& rates, const Given& tau,
+                const py::object& friction, const py::object& time,
+                bool motors) { return shownModel(modelOf(of, at, rates, tau, friction, time, motors)); },
       py::arg("scene"), none("q"), none("qd"), none("tau"), py::arg("friction") = "acts", py::arg("t") = 0.0,
+      py::arg("motors") = false,
       R"(Returns A (2n×2n) and B (2n×n) of ẋ = A x + B δτ near a state and torques.
 
 x = (δq, δq̇) is a small change of the state, in rad and rad/s; δτ is additional torque in the joints, N m.
@@ -119,6 +134,7 @@ A is the Jacobian of the motion, exact to rounding. It depends on the torques ta
 
 friction: with 'acts' a joint at rest may stick; then its column of B is 0, and a warning says so. With 'slips' it
 counts as one that slips, without friction. Motors and delays of commands are in neither A nor B, as a warning says: δτ is what acts.
+motors: as of Simulation.linearize(); the motors have reached tau.
 The default state, and what is refused, are those of equations().
 Of a closed chain, whose tip is held, A and B are as large, and hold for changes with J_c δq = 0 (J_c: see equations());
 B has the rank n − 2, or n − 1 for a tip on a line.)");

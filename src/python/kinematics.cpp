@@ -60,7 +60,7 @@ Eigen::VectorXd orElse(const Given& given, const char* name, const std::vector<d
   return Eigen::VectorXd::Map(otherwise.data(), static_cast<Eigen::Index>(otherwise.size()));
 }
 
-/// Of a frame, q may stand in the place of the point.
+/// If `of` is a frame, its point is known, and the argument after it is q.
 FrameAt frameAt(const Scene& scene, const py::object& of, Given point, Given q) {
   const std::vector<Link>& links = scene.chain.links();
   const bool isNamed = py::isinstance<py::str>(of) &&

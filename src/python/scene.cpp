@@ -301,7 +301,7 @@ std::string summaryOf(const TreeAndScene& self) {
          "; joints: " + listed(chain.joints()) + has + ">";
 }
 
-/// What formulas need of the links and joints.
+/// Binds the values of links and joints that formulas need.
 void bindBodies(py::class_<TreeAndScene>& scene) {
   scene
       .def_property_readonly(

@@ -22,8 +22,8 @@ std::string orClosest(const std::string& expected, const std::string& text,
 /// The names in the order of their numbers: "rope_2, rope_10". Cut, with "…", after about `most` letters.
 std::string inOrder(const Indices& names, std::size_t most);
 
-/// What is expected in place of `text`, which is none of `names`: "a joint of the chain (did you mean
-/// upper_joint?)" if it is close to one, or is one of `others` with the same number, such as the joint's
+/// Returns the expected part of a fault for a `text` that is none of `names`: "a joint of the chain (did you
+/// mean upper_joint?)" if it is close to one, or is one of `others` with the same number, such as the joint's
 /// link. Else "a joint of the chain (upper_joint, lower_joint)". what: "joint".
 std::string oneOf(const std::string& what, const std::string& text, const Indices& names,
                   const Indices* others = nullptr);

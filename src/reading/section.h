@@ -31,7 +31,7 @@ std::string inCommas(const Names& names) {
   return line;
 }
 
-/// What is expected in place of a key that a map does not have, by key: for keys that belong elsewhere.
+/// The expected part of a fault for a key that belongs elsewhere, by key.
 using Hints = std::map<std::string, std::string>;
 
 /// The hint at a key that belongs to this path.

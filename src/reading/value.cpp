@@ -145,7 +145,7 @@ Value resolve(const std::string& text) {
   return isDouble ? Value(*number) : Value(text);
 }
 
-/// Builds the tree from the parser's events. Faults are recorded and parsing goes on: if the text turns out
+/// Builds the tree from the parser's events. Faults are recorded and parsing continues: if the text turns out
 /// not to be YAML, that is the one fault to report. Only a text that is too large ends the parsing.
 class Builder : public YAML::EventHandler {
  public:

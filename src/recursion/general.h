@@ -4,8 +4,8 @@
 /// prescribed, on a base that moves, with a tip that is held. articulated.h has the recursion of chains whose
 /// joints are all revolute and free, on a base at rest.
 ///
-/// What is outside a joint shows the body inside of it, whose point has the acceleration a (less gravity) and
-/// which turns with α_p, a force and a moment about that point:
+/// The point of the body inside a joint has the acceleration a (less gravity), and the body turns with α_p.
+/// All that is outside the joint acts on that body with a force and a moment about that point:
 ///
 ///     F = A a + H α_p + b          μ = H·a + Q α_p + c
 ///
@@ -44,7 +44,7 @@
 ///
 ///     F = … − G λ          μ = … − η·λ          a_tip = Gᵀ a + η α_p + C λ + c_t
 ///
-/// The same G and η stand in both, as the mass matrix is symmetric. From G = 1 and zeros at the tip:
+/// Both have G and η, as the mass matrix is symmetric. From G = 1 and zeros at the tip:
 ///
 ///     body          c_t ← c_t − ω² Gᵀ P          η ← η + Gᵀ iP
 ///     joint         y = η, or Gᵀ d               ε ← ε + y·λ
@@ -70,7 +70,7 @@ struct JointLaw {
   Real acceleration{};  ///< q̈ of a prescribed joint
 };
 
-/// The same as numbers, for lanes too.
+/// A joint as numbers, for lanes too.
 template <class Real>
 struct JointNumbers {
   Real armature, prescribed, acceleration;  ///< armature: 0 of a prescribed joint; prescribed: 1 or 0
@@ -87,7 +87,7 @@ struct Displacement {
   Vec2<Real> d, S, gamma;
 };
 
-/// What is shown of all that is outside.
+/// The terms of the force and moment from all that is outside a joint.
 template <class Real>
 struct ArticulatedTerms {
   Sym2<Real> A;
@@ -121,7 +121,8 @@ template <class Real>
   return {mulAdd(-w.x, u.x, A.xx), mulAdd(-w.x, u.y, A.xy), mulAdd(-w.y, u.y, A.yy)};
 }
 
-/// What b and c are inside of a revolute joint whose other terms are known. N: without what is in c.
+/// Takes b and c from the outside of a revolute joint to its inside. Its other terms are known. N: without
+/// the part that is in c.
 template <class Real>
 [[gnu::always_inline]] inline void biasRevolute(Real N, const JointNumbers<Real>& joint,
                                                 JointTerms<Real>& terms, Vec2<Real>& b, Real& c) {
@@ -129,7 +130,7 @@ template <class Real>
   b = mulAdd(mulAdd(terms.inverseD, terms.epsilon, joint.acceleration), terms.u, b);
   c = terms.v * mulAdd(terms.D0, joint.acceleration, -terms.epsilon);
 }
-/// The same for a prismatic joint, at the own point of its body. N: the force along the axis d.
+/// The bias of a prismatic joint, at the own point of its body. N: the force along the axis d.
 template <class Real>
 [[gnu::always_inline]] inline void biasPrismatic(Real N, const JointNumbers<Real>& joint, Vec2<Real> d,
                                                  JointTerms<Real>& terms, Vec2<Real>& b, Real& c) {
@@ -216,7 +217,7 @@ template <class Real>
   at.a = mulAdd(at.alpha, perp(P), mulAdd(-ww, P, at.a));
 }
 
-/// What a chain with a held tip shows besides.
+/// The further terms of a chain with a held tip.
 template <class Real>
 struct TipTerms {
   Vec2<Real> Gx{Real(1), Real(0)}, Gy{Real(0), Real(1)};  ///< the columns of G

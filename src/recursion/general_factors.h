@@ -16,7 +16,7 @@ namespace planar_chain {
 template <class Value, std::size_t kinds = 3>
 using PerMotion = std::array<Value, kinds>;
 
-/// What hangs on a pin, as its parent feels it.
+/// The terms of all that hangs on a pin, for its parent.
 template <class Scalar, std::size_t kinds = 3>
 struct LinearTerms {
   PerMotion<Matrix2<Scalar>, kinds> B{};
@@ -78,15 +78,15 @@ class GeneralFactors {
 
  protected:
   using Motion = PerMotion<Vec2<Scalar>, kinds>;
-  /// Of a body, and its joint if it is revolute. over: 1/D, kD: k̂/D; 0 and 1 if the joint is prescribed.
-  /// turn: ε/D, or w; of a prismatic joint ε/D, or g.
+  /// The factors of a body, and of its joint if that is revolute. over: 1/D, kD: k̂/D; 0 and 1 if the joint
+  /// is prescribed. turn: ε/D, or w; of a prismatic joint ε/D, or g.
   struct BodyFactors {
     Scalar Mv, Mq, Dm, over, kD;
     Vec2<Scalar> Ev, Eq, UR;
     Motion ULD, p;
     Scalar q, turn;
   };
-  /// Of a prismatic joint. The factors have U, V_k/D, V_k, and E and M with the terms of σ and ρ_v.
+  /// The factors of a prismatic joint: U, V_k/D, V_k, and E and M with the terms of σ and ρ_v.
   struct PrismaticFactors {
     Vec2<Scalar> ofRate, ofPlace;        ///< b' changes with −ρ_s and σ_s
     Scalar momentOfRate, momentOfPlace;  ///< and r'
@@ -121,7 +121,7 @@ class GeneralFactors {
   Matrix2<Scalar> C_, G_;                           ///< by the base
 
  private:
-  /// What a body shows at its own point while it turns: p_k, h, q.
+  /// The terms of a body at its own point while it turns: p_k, h, q.
   struct Sums {
     Motion UL;
   };

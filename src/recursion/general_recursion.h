@@ -19,7 +19,7 @@ struct BodyMotion {
   const Displacement<Real>* displaced;  ///< of prismatic joints; not read for others
 };
 
-/// What the accelerations of a chain depend on besides: n values each.
+/// The loads on a chain, n values each.
 template <class Real>
 struct GeneralLoads {
   const Real* N;        ///< moments, N m, and forces of prismatic joints, N (general.h)
@@ -29,7 +29,7 @@ struct GeneralLoads {
   Real baseTurning{};  ///< angular acceleration of the base, rad/s²
 };
 
-/// What the base gives a chain, and what its tip is held by.
+/// The wrench of the base on a chain, and the force that holds its tip.
 template <class Real>
 struct EndForces {
   Vec2<Real> baseForce;  ///< N

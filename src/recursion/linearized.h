@@ -70,7 +70,7 @@ Vec2<Real> accelerationAt(const BodyAt<Real>& body, Vec2<Real> a, Vec2<Real> X) 
   return mulAdd(body.alpha, perp(X), mulAdd(-(body.omega * body.omega), X, a));
 }
 
-/// What hangs on a pin, as its parent feels it.
+/// The terms of all that hangs on a pin, for its parent.
 template <class Scalar>
 struct LinearArticulatedTerms {
   Matrix2<Scalar> B;
@@ -78,7 +78,7 @@ struct LinearArticulatedTerms {
   Scalar q{};
 };
 
-/// What the factorization keeps of a body.
+/// The factors of a body.
 template <class Scalar>
 struct LinearFactors {
   Scalar Mv, Mq, inverseD;  ///< inwards

@@ -4,7 +4,7 @@
 
 namespace planar_chain {
 
-/// What acts on the bodies besides pins, gravity and inertia. Each has all before it.
+/// The loads on the bodies besides pins, gravity and inertia. Each kind includes the previous ones.
 enum class LoadKind {
   nothing,
   moments,  ///< in joints, equal and opposite on two bodies: springs, dampers, stops, joint torques

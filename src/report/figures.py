@@ -28,7 +28,7 @@ LINES = {"RK4": ":", "implicit": "-."}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}
 GREY_ZONE = dict(color="grey", alpha=0.18, linewidth=0)
 RED = "#b2182b"
-# Of each family of chains: its title, and what varies.
+# The title of each family of chains, and what varies.
 FAMILIES = {"stiff": ("Stiff joints", "spring k, N m/rad"),
             "stiff_damped": ("Stiff joints, d = k · 1 ms", "spring k, N m/rad"),
             "heavy_tip": ("Heavy tip", "its mass over a link's"), "long": ("Long chains", "links"),
@@ -92,8 +92,8 @@ def legend(axes, columns, more=(), of=None, side="center"):
 # ---- Error against run time ----------------------------------------------------------------------
 
 def scene(title, rows, floor):
-    """This program's methods by time; beside them auto and the best method of each other program. Of each one's runs that
-    failed in one way, only the slowest is marked."""
+    """This program's methods by time; beside them auto and the best method of each other program. If several runs of one failed in
+    one way, only the slowest is marked."""
     groups = grouped(rows, "engine", "method")
     arrived = by_contestant(rows)
     figure, axes = panels(2, 4.6, sharex=True, sharey=True)
@@ -211,7 +211,7 @@ def scaling(rows):
 
 
 def effects(rows):
-    """What is left of an evaluation's time without one effect: a point above each scene."""
+    """The share of an evaluation's time that is left without one effect: a point above each scene."""
     scenes = grouped(rows, "scene")
     figure, (axes,) = panels(1, 3.8)
     figure.subplots_adjust(bottom=0.24, top=0.82)

@@ -2,7 +2,7 @@
 """Measures error against run time, stability, scaling and more, and writes the pages DIR/index.html and DIR/README.md
 with their pictures, and the tables as CSV.
 
-The same command continues an interrupted report: a table that the same programs have measured is not measured again.
+Called again, it continues an interrupted report. It measures no table again that the same programs have measured.
 src/report/README.md says what is measured and how.
 """
 import argparse

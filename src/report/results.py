@@ -58,7 +58,7 @@ def by_contestant(rows):
 
 
 def holding(group, level):
-    """How many of the tightest settings keep every error below."""
+    """The number of tightest settings that keep every error below 10^-level."""
     return len(list(itertools.takewhile(lambda row: number(row["error_theta"]) <= 10.0**-level, reversed(group))))
 
 
@@ -147,7 +147,7 @@ def why_not_reached(rows, level, floor):
 
 
 def why_slower(fastest, ratio, evaluations):
-    """By a rule, from the faster method and how often both evaluated the accelerations."""
+    """The reason by a rule, from the faster method and the numbers of evaluations of both."""
     engine, method = fastest
     if ratio <= 1.1:
         return "as fast within 10 %; the runs at one setting scatter by as much"

@@ -177,8 +177,8 @@ std::string text(double value) {
   return buffer;
 }
 
-/// What `auto` does in two seconds, or in as many of them as some ten million link-evaluations allow: its
-/// method at the end, its mean step.
+/// Runs `auto` for two seconds, or as long as some ten million link-evaluations allow. Returns its method at
+/// the end and its mean step.
 std::string automatic(Scene scene, bool quick) {
   constexpr double duration = 2;
   const double most = quick ? 1e6 : 1.2e7;  // link-evaluations

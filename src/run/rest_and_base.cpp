@@ -83,8 +83,8 @@ BaseWrench Simulation::baseWrench() {
   std::vector<double> tau(n), qdd(n, 0.0);
   linkMotions(motions.data());
   jointTorques(tau.data());
-  // Of the first revolute joint, then of the carriages inside, with loads at the centre of mass; then their
-  // moments.
+  // The force on the first revolute joint; then the forces on the carriages inside, with loads at the centre
+  // of mass; then the moments of all.
   const std::size_t leading = index(scene_.chain.coordinates().leading());
   Vec2d ground = motions[0].innerPin, force = -1.0 * tipForce();
   if (leading > 0)

@@ -86,6 +86,7 @@ void Simulation::Parts::saveOrRestore(Snapshot& snapshot) {
   saveOrRestoreFallbacks(snapshot);
   snapshot(fallback, goodChecks, rescueLength, meanStep, rescues, unchecked, switchedSince);
   snapshot(state, y, q, qd, energyAtStart, actsOtherwise, fault);
+  snapshot(watchedTo, nearEvents);
   if (sampler) snapshot(*sampler);
 }
 

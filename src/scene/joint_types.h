@@ -17,7 +17,7 @@ enum class JointType { revolute, prismatic, floating };
 /// Key `joint/type` of a link. Any other value is a fault, and gives nothing.
 std::optional<JointType> takeType(const Section& link);
 
-/// What is below the inner pin of a floating link: a prismatic joint along x (axis 0) or y (axis 1).
+/// A link below the inner pin of a floating link, with a prismatic joint along x (axis 0) or y (axis 1).
 struct FreeAxis {
   Link link;
   Joint joint;

@@ -103,7 +103,7 @@ Entry readEntry(const Section& links, const std::string& name) {
     return entry;
   }
 
-  // The body. Of a prismatic link only the mass is required.
+  // The body. A prismatic link needs only its mass.
   const bool isPrismatic = entry.joint.isPrismatic = type == JointType::prismatic;
   entry.floats = type == JointType::floating;
   const auto pairOf = [&](const char* key) {

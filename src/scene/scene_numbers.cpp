@@ -61,7 +61,7 @@ bool isWithin(const std::string& path, const std::string& above) {
          (path.size() == above.size() || path[above.size()] == '/');
 }
 
-/// What to do where the scene has no such number: a URDF has links of its own.
+/// Returns advice for a scene without such a number: a URDF has links of its own.
 std::string remedyFor(const Value& scene, const std::string& path) {
   const bool isUrdf = scene.map() && scene.map()->count("robot_description") > 0;
   return isUrdf && isWithin(path, "links")
@@ -121,7 +121,7 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
       refused.push_back({path, "a number of the scene", quoted(path)});
     }
   }
-  // What is missing beside it, and what it excludes or is excluded by, is a fault as well.
+  // A key that is missing beside it, that it excludes, or that excludes it, is a fault as well.
   for (const Fault& fault : faults) {
     const auto isKnown = [&](const Fault& known) {
       return isWithin(known.path, fault.path.substr(0, fault.path.rfind('/')));

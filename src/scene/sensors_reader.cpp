@@ -40,7 +40,7 @@ const std::set<std::string> namesOfTheNode{"base_trajectory",
                                            "tip_wrench",
                                            "view"};
 
-/// Of errors and places: squares of larger ones, as sums of sensors have them, might overflow.
+/// The largest error or position: squares of larger ones, as sums of sensors have them, might overflow.
 constexpr double largestSize = 1e100;
 
 NumberRule sized(NumberRule rule) {

@@ -11,7 +11,7 @@ namespace planar_chain {
 
 /// Key `tip` of a scene: {pin: [x, y]}, {pin: {x: LAW, y: LAW}} or {line: {point, direction}}.
 std::optional<TipLaws> takeTip(const Section& top);
-/// The same. Records also what a chain whose tip is held may not have.
+/// Takes the key `tip`, and records a fault for what a chain with a held tip may not have.
 std::optional<TipLaws> takeTip(const Section& top, const Chain& chain, const std::vector<Drive>& drives);
 
 /// Moves the initial state onto the tip's condition, with a note of how far. Records a fault, and returns

@@ -35,7 +35,7 @@ struct UrdfLink {
   std::vector<UrdfVisual> visuals;                    ///< those without faults
 };
 
-/// A joint with its place. Of the values of a Joint it has name, damping, limits, friction, effort_limit and
+/// A joint with its pose. It sets these values of Joint: name, damping, limits, friction, effort_limit and
 /// velocity_limit.
 struct UrdfJoint : Joint {
   bool moves = false;

@@ -8,7 +8,7 @@ namespace planar_chain {
 
 namespace {
 
-/// Of the sixth order: on both sides of the number, or on one side where there is nothing on the other.
+/// A difference of sixth order: on both sides of the number, or on one side if the other has no values.
 struct Difference {
   std::vector<int> places;
   std::vector<double> weights;

@@ -3,8 +3,8 @@
 /// The sensors of a scene: when they measure, with which errors, and what they have delivered.
 ///
 /// Values are taken along the way, and may be dropped if the simulation returns to an earlier state.
-/// confirm() adds the errors, in the order of k. Of each sensor, measurements with the newest mostValues
-/// numbers stay, beside those whose delay is not over.
+/// confirm() adds the errors, in the order of k. Each sensor keeps the measurements with its newest
+/// mostValues numbers, and those whose delay is not over.
 
 #include <deque>
 #include <limits>

@@ -52,7 +52,7 @@ struct PackOf {
 
   PackOf() : v{} {}
   PackOf(Register v_) : v(v_) {}
-  /// The same number in all lanes.
+  /// One number in all lanes.
   template <class Real>
   explicit PackOf(Real x) : v(static_cast<double>(x) - Register{}) {}
 

@@ -20,7 +20,7 @@ struct JacobianAt {
   double* direction;       ///< the dominant one, as far as it is known
 };
 
-// Of registers, pack.h and ensemble_kernel.h have the same.
+// For one number. pack.h and ensemble_kernel.h have these functions for registers.
 inline double larger(double a, double b) {
   return std::max(a, b);
 }
@@ -61,8 +61,8 @@ Real largestEigenvalue(const JacobianAt& of, FindSlope findSlope) {
     }
     return root(square);
   };
-  // Of the difference that stands for J d: further, f bends; nearer, rounding of f is left. λ needs one
-  // digit.
+  // The step of the difference that replaces J d. Longer, f is not linear; shorter, rounding of f dominates.
+  // λ needs one digit.
   constexpr double reach = 1e-6;
   const auto applyJacobian = [&] {
     Real most(0);

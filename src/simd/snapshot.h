@@ -4,7 +4,7 @@
 ///
 ///     void saveOrRestore(Snapshot& snapshot) { snapshot(h_, count_, stepper_state_); }
 ///
-/// That writes them, or reads them back into an object made with the same arguments. Members that follow from
+/// It writes them, or reads them back into an object made with the same arguments. Members that follow from
 /// others, and memory for results, are left out.
 
 #include <cstddef>

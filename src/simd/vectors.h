@@ -1,6 +1,6 @@
 #pragma once
 
-/// The integrators' vectors in SIMD registers: sums of stages, error norms, polynomials. The same source is
+/// The integrators' vectors in SIMD registers: sums of stages, error norms, polynomials. This source is
 /// compiled once for each kind of CPU (cpu.h). No function here allocates or throws.
 ///
 /// AVX-512 has no kernel of its own here: against AVX2 it gains less than 1 % of any step.
@@ -43,7 +43,7 @@ struct VectorKernel {
   using Combine = void (*)(double factor, const double* weights, const double* const* terms,
                            const double* base, double* sum, double* out, std::ptrdiff_t n);
   std::array<Combine, mostTerms> combine;  ///< of 1, 2 … terms
-  /// The same for n positions and, behind them, their n rates.
+  /// Sums of n positions and, behind them, their n rates.
   using CombineTwice = void (*)(const NystromSums& row, std::ptrdiff_t n);
   std::array<CombineTwice, mostTerms> combineTwice;
   /// error ← error² / √(error² + 0.01 coarse²), component by component.

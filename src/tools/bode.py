@@ -11,13 +11,14 @@ import csv
 import io
 import os
 import sys
+import warnings
 
 from files import notes_by, require_outputs, require_picture, save_picture, scene_file, writing
-from user_input import read_numbers
+from user_input import read_numbers, read_torques
 try:
     import numpy as np
 
-    from planar_chain import Scene, equilibrium, state_space
+    from planar_chain import Scene, equations, equilibrium, linearize, state_space
 except ImportError as missing:
     sys.exit(f"bode: {missing}")
 
@@ -25,6 +26,8 @@ POINTS, MOST_POINTS = 400, 100000
 AROUND, FAR = 10.0, 1e4  # times the lowest and highest pole that are drawn; the highest, of the lowest
 FREE = 1e-9              # of the largest pole: less counts as 0
 ROUNDING = 1e-12  # of the terms whose sum it is
+NEAR = 1e-6       # rad, m: to a pose so far away no response changes by more than a share
+MOST_SHARE = 0.1
 NEAR_POLES = 1 + np.concatenate([sign * np.logspace(-4, -1, 10) for sign in (1, -1)])
 
 
@@ -35,6 +38,8 @@ def arguments():
     parser.add_argument("--output", nargs="+", required=True, metavar="OUTPUT", help="such as JOINT/position")
     parser.add_argument("--q", metavar="A,B,…",
                         help="angles, rad, m for prismatic joints (default: the equilibrium of `equations --equilibrium`)")
+    parser.add_operating_point()
+    parser.add_argument("--motors", action="store_true", help="torques of joints are commanded ones, which pass the lags of motors")
     parser.add_argument("--from", dest="first", type=float, metavar="HZ", help="lowest frequency (default: a tenth of the lowest pole)")
     parser.add_argument("--to", dest="last", type=float, metavar="HZ",
                         help=f"highest frequency (default: ten times the highest pole, at most {FAR:g} times --from)")
@@ -72,21 +77,42 @@ def response(A, B, C, D, hertz):
     return H
 
 
+def neighbours(scene, q, friction):
+    """Two poses close to q. Joints that are driven or stick stay."""
+    rest = np.zeros(len(scene))
+    moves = linearize(scene, q, rest, friction=friction)[1][len(scene):].any(axis=1)
+    step = NEAR * moves * np.cos(np.arange(len(scene)))
+    return q + step, q - step
+
+
 def curves(scene, given):
-    """Frequencies, and of each pair its name, magnitude (dB) and phase (degrees)."""
+    """Frequencies, and of each pair its name, magnitude (dB) and phase (degrees): NaN where the response is 0."""
+    rest, about = np.zeros(len(scene)), {"tau": read_torques("--tau", given.tau, ValueError), "friction": given.friction, "motors": given.motors}
+
+    def system_at(q):
+        return state_space(scene, given.input, given.output, q, rest, **about)
+
     with notes_by(say):
         q = read_numbers("--q", given.q, ValueError)
-        q = equilibrium(scene) if q is None else q
-        system = state_space(scene, given.input, given.output, q, np.zeros(len(scene)))
+        q = equilibrium(scene) if q is None and given.tau is None else q
+        system = system_at(q)
     hertz = frequencies(system[0], given)
-    of = response(*system, hertz)
+    H = response(*system, hertz)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # they came
+        change = np.min([abs(response(*system_at(near), hertz) - H) for near in neighbours(scene, equations(scene, q, rest)["q"], given.friction)],
+                        axis=0)
+    responds = np.mean(change < MOST_SHARE * abs(H), axis=0) > 0.5
+    H = np.where(responds & (H != 0), H, np.nan)
     pairs = []
     for i, output in enumerate(given.output):
         for j, source in enumerate(given.input):
-            H = of[:, i, j]
-            if not H.all():
-                raise ValueError(f"--input {source}, --output {output}: expected an input that moves the output, got one that does not")
-            pairs.append((f"{output} from {source}", 20 * np.log10(abs(H)), np.degrees(np.unwrap(np.angle(H)))))
+            of, name = H[:, i, j], f"{output} from {source}"
+            if not responds[i, j]:
+                say(f"{name}: no response")
+            phase, is_there = np.full(len(of), np.nan), ~np.isnan(of)
+            phase[is_there] = np.degrees(np.unwrap(np.angle(of[is_there])))
+            pairs.append((name, 20 * np.log10(abs(of)), phase))
     return hertz, pairs
 
 
@@ -95,7 +121,7 @@ def table(hertz, pairs):
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(["frequency_Hz", *(f"{name} ({unit})" for name, *_ in pairs for unit in ("dB", "degrees"))])
     for k, f in enumerate(hertz):
-        rows.writerow([f"{f:.17g}", *(f"{values[k]:.17g}" for _, *both in pairs for values in both)])
+        rows.writerow([f"{f:.17g}", *("" if np.isnan(values[k]) else f"{values[k]:.17g}" for _, *both in pairs for values in both)])
     return text.getvalue()
 
 
@@ -106,10 +132,13 @@ def draw(hertz, pairs, title):
     figure, (upper, lower) = pyplot.subplots(2, sharex=True, figsize=(7.5, 6), constrained_layout=True)
     figure.suptitle(title)
     for name, magnitude, phase in pairs:
+        if np.isnan(magnitude).all():
+            upper.plot([], [], " ", label=name + ": no response")
+            continue
         upper.semilogx(hertz, magnitude, label=name)
         lower.semilogx(hertz, phase)
     upper.set_ylabel("magnitude (dB)")
-    lower.set(xlabel="frequency (Hz)", ylabel="phase (°)")
+    lower.set(xlabel="frequency (Hz)", ylabel="phase (°)", xscale="log", xlim=(hertz[0], hertz[-1]))
     lower.yaxis.set_major_locator(pyplot.MaxNLocator(steps=[1, 1.5, 3, 4.5, 9, 10]))
     upper.legend(fontsize="small")
     for axes in (upper, lower):

@@ -68,8 +68,8 @@ Fault unknownOption(const std::string& given, const Tool& tool) {
           "none of those that --help lists"};
 }
 
-/// Where standard input, output or error is closed, no file of the run takes its number, and with it what is
-/// meant for the other. To read or write there fails, as before.
+/// Occupies the numbers of standard input, output and error if they are closed. Else a file of the run would
+/// take the number, and with it the text that is meant for the other. Reading and writing there still fails.
 void occupyStandardFiles() {
   for (int fd = 0; fd < 3; ++fd) {
     if (fcntl(fd, F_GETFD) < 0) open("/dev/null", fd == 0 ? O_WRONLY : O_RDONLY);

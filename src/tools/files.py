@@ -41,8 +41,8 @@ def require_picture(option, path):
 
 
 def save_picture(figure, path, **how):
-    """As figure.savefig(), which on a full disk fails in words of zlib, warns of letters that a font lacks, and takes what stands between
-    dollars, such as those of a file's name, for a formula."""
+    """As figure.savefig(), but with a clear error on a full disk, without warnings of letters that a font lacks, and without formulas
+    between dollars, such as those of a file's name."""
     from matplotlib.text import Text  # pylint: disable=import-outside-toplevel  # only what draws has it
     for text in figure.findobj(Text):
         text.set_text(text.get_text().replace("$", r"\$"))

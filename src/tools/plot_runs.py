@@ -2,12 +2,13 @@
 
 import numpy as np
 from matplotlib import pyplot
-from plot_panels import kinds
+from plot_panels import FINE, kinds
 
 PANEL = 2.6  # inch
 MOST_PATHS = 4
 MANY = 2000  # runs; of more, colour shows how many lie in a place
 CELLS = 70   # of a panel, across
+GRID = 0.1   # of the runs: so many values of a number at most are a grid
 
 # Units of the keys of a scene, by the last names of their path.
 UNITS = {
@@ -40,7 +41,7 @@ class Runs:
     """The rows of a CSV of `sweep`: paths and values of what varied; t; q, one column for each joint; failed."""
 
     def __init__(self, header, rows):
-        self.prismatic = self.links = None  # as of a Motion; the links of these joints
+        self.prismatic = self.links = self.body = None  # as of a Motion; the links of these joints
         at = header.index("t")
         self.paths, self.joints = header[1:at], [name[2:] for name in header if name.startswith("q_")]
         table = np.array([row[:-1] for row in rows], dtype=float)
@@ -48,18 +49,38 @@ class Runs:
         self.q = table[:, at + 1:at + 1 + len(self.joints)]
         self.failed = np.array([row[-1] != "" for row in rows])
 
+    def know(self, body):
+        self.prismatic, self.links = ([name for name, axis in zip(names, body.axis) if axis != 0] for names in (body.joints, body.names))
+
     @staticmethod
     def are_in(header):
         return header[:1] == ["run"] and "t" in header[2:] and header[-1] == "reason"
 
 
-def scatter(panel, x, y, colour):
-    """A point for each run; of many runs, cells that are the darker the more lie in them."""
-    if len(x) <= MANY or np.ptp(x) == 0 or np.ptp(y) == 0:
+def scatter(panel, x, y, shade, colour):
+    """A point for each run, coloured by `shade` unless that is None. Of many runs that are no grid, cells that are the darker the more lie
+    in them. Returns what a bar of colours shows, or None; and True if they are cells."""
+    is_grid = shade is not None and len(np.unique(shade)) < GRID * len(x)
+    if not (len(x) <= MANY or is_grid or np.ptp(x) == 0 or np.ptp(y) == 0):
+        return panel.hexbin(x, y, gridsize=CELLS, mincnt=1, bins="log", cmap="viridis_r", linewidths=0), True
+    if shade is None:
         panel.plot(x, y, ".", markersize=3, color=colour)
+        return None, False
+    return panel.scatter(x, y, s=6 if len(x) <= MANY else 2, c=shade, linewidths=0), False
+
+
+def show_colours(figure, column, points, label):
+    """A bar of colours above a column of panels. points: what scatter() returned for each."""
+    coloured, is_cells = zip(*points)
+    if coloured[0] is None:
         return
-    cells = panel.hexbin(x, y, gridsize=CELLS, mincnt=1, bins="log", cmap="viridis_r", linewidths=0)
-    panel.figure.colorbar(cells, ax=panel, label="runs in a cell")
+    limits = np.array([each.get_clim() for each in coloured])
+    for each in coloured:  # one scale
+        each.set_clim(limits[:, 0].min(), limits[:, 1].max())
+    bar = figure.colorbar(coloured[0], ax=list(column), location="top", shrink=0.9, aspect=40, label="runs in a cell" if is_cells[0] else label)
+    if not is_cells[0]:
+        bar.formatter.set_useOffset(False)
+        bar.update_ticks()
 
 
 def draw_runs(runs, columns, title, wrap, colour):
@@ -74,9 +95,12 @@ def draw_runs(runs, columns, title, wrap, colour):
     failed = np.count_nonzero(last & runs.failed)
     figure.suptitle(f"{title}: {np.count_nonzero(last)} runs at {times[-1]:g} s" +
                     (f", {failed} failed (× at the lower edge)" if failed else ""))
+    shown, points = last & whole, [[] for _ in paths]
+    others = [1 - min(k, 1) if len(paths) > 1 else None for k in range(len(paths))]  # the second one gives the colour; beside itself, the first
     for row, j in zip(axes, columns):
-        for k, panel in enumerate(row[:len(paths)]):
-            scatter(panel, runs.values[last & whole, k], q[last & whole, j], colour)
+        for k, (panel, other) in enumerate(zip(row, others)):
+            shade = None if other is None else runs.values[shown, other]
+            points[k].append(scatter(panel, runs.values[shown, k], q[shown, j], shade, colour))
             lost = runs.values[last & runs.failed, k]
             panel.plot(lost, np.zeros(len(lost)), "x", color="#D55E00", transform=panel.get_xaxis_transform())
         if len(times) > 1:
@@ -87,6 +111,13 @@ def draw_runs(runs, columns, title, wrap, colour):
         row[0].set_ylabel(f"q of {runs.joints[j]} ({kinds(runs, [j])[0][0][0][1]})")
     for panel, path in zip(axes[-1], paths):
         panel.set_xlabel(with_unit(path, runs.links))
+    for column, other, found in zip(axes.T, others, points):
+        show_colours(figure, column, found, "" if other is None else with_unit(paths[other], runs.links))
+    for panel in axes.flat:
+        panel.ticklabel_format(useOffset=False)
+        low, high = panel.get_xlim()
+        if high - low < FINE * max(abs(low), abs(high)):
+            panel.locator_params(axis="x", nbins=2)
     if len(times) > 1:
         axes[-1][-1].set_xlabel("time (s): median, half and 90 % of the runs")
     return figure

@@ -37,6 +37,13 @@ class Parser(argparse.ArgumentParser):
         self.register("type", float, read_number)
         self.register("type", int, read_whole)
 
+    def add_operating_point(self):
+        """Options whose values linearize() takes."""
+        self.add_argument("--tau", metavar="A,B,…", help="torques in the joints, N m, that act at --q beside all else; `holding`: those that "
+                                                         "hold the pose. Then --q is by default the scene's initial pose")
+        self.add_argument("--friction", choices=["acts", "slips"], default="acts",
+                          help="slips: takes joints that may stick for ones that slip, without friction (default: acts)")
+
     def print_help(self, file=None):
         put(self.format_help())
 

@@ -12,6 +12,7 @@ function(add_tool name source)
   endif()
 endfunction()
 add_tool(equations src/tools/equations.cpp)
+target_sources(${PROJECT_NAME}_equations PRIVATE src/tools/chain_json.cpp)
 add_tool(simulate src/tools/simulate.cpp)
 set_source_files_properties(src/tools/equations.cpp src/tools/simulate.cpp PROPERTIES COMPILE_OPTIONS ${once})
 set_source_files_properties(src/tools/simulate.cpp PROPERTIES
@@ -33,3 +34,4 @@ foreach(script ${scripts})
     link_in_devel(${script} lib/${PROJECT_NAME}/${name})
   endif()
 endforeach()
+install(DIRECTORY src/python/${PROJECT_NAME}/drawing DESTINATION ${to_bin} FILES_MATCHING PATTERN "*.py")  # a link to it is here

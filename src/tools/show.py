@@ -142,7 +142,7 @@ def view_in_world(scene):
 
 
 def prefix_of(node, scene):
-    """Of the node's frames."""
+    """The prefix of the node's frames."""
     return scene.get('publish', {}).get('frame_prefix', node[1:node.rfind('/') + 1])
 
 
@@ -365,7 +365,7 @@ def show_bag(path, options):
 
 
 def end(*_):
-    """What was started ends too."""
+    """Ends by an exception, so that the programs that were started end too."""
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     sys.exit(128 + signal.SIGTERM)
 

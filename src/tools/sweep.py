@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Simulates a scene many times with varied values, on all cores or on the workers of a Dask scheduler.
 
-The same command continues an interrupted sweep. A run that fails is kept, with its reason. Exit status: 0 done;
+Called again, it continues an interrupted sweep. A run that fails is kept, with its reason. Exit status: 0 done;
 1 every run or the sweep failed; 2 bad arguments or scene; 3 some runs failed; 130 interrupted."""
 
 from program import Parser, put, run, say  # isort: skip

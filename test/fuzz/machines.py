@@ -156,7 +156,7 @@ def rubbing_in_one(chance, links):
 
 
 def near(chance, values):
-    """The same with other numbers, by up to 5 %."""
+    """A copy whose numbers differ by up to 5 %."""
     if isinstance(values, dict):
         return {key: near(chance, value) for key, value in values.items()}
     if isinstance(values, list):

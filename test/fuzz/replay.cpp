@@ -1,6 +1,6 @@
-/// replay RUNS PATH…: the same target that libFuzzer drives, without libFuzzer. Every file of the paths goes
-/// in as it is, then RUNS changed ones: bytes, words and pieces of other files put in, taken out, doubled.
-/// The same each time. What fails, crashes; the input is then in the file named by the last line.
+/// replay RUNS PATH…: runs the target of libFuzzer without libFuzzer. Every file of the paths goes in as it
+/// is, then RUNS changed ones: bytes, words and pieces of other files put in, taken out, doubled. Every call
+/// makes the same inputs. A failure is a crash; the file named by the last line then has the input.
 
 #include <algorithm>
 #include <cstdint>

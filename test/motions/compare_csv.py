@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """How far apart two motions end: compare_csv.py A.csv B.csv
 
-Of two files that `simulate --csv` wrote, the last rows; or B a list of theta_i and omega_i, as reference/beam.csv:
-the largest difference of an absolute angle and of an absolute rate, and the largest of either in B.
+It compares the last rows of two files that `simulate --csv` wrote; or B is a list of theta_i and omega_i, as reference/beam.csv.
+It prints the largest difference of an absolute angle and of an absolute rate, and the largest of either in B.
 """
 import csv
 import itertools

@@ -23,7 +23,7 @@ TOLERANCE, ALLOWED = 1e-10, 1e-6
 
 
 def stored(name):
-    """Of a table of the folder: {(scene, t): {quantity: values}}"""
+    """A table of the folder: {(scene, t): {quantity: values}}"""
     table = collections.defaultdict(lambda: collections.defaultdict(list))
     with open(os.path.join(FOLDER, name), newline="") as file:
         for row in csv.DictReader(file):

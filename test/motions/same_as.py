@@ -86,7 +86,7 @@ def apart(before, after):
             if name.startswith(("q_", "qd_")) and not a == b:
                 difference = abs(a - b) / unit
                 most = max(most, difference if difference == difference else math.inf)
-    # The same motion, but the energy or a message differs: more than nothing.
+    # If only the energy or a message differs, the difference is not 0.
     return most or sys.float_info.min
 
 

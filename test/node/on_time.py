@@ -60,7 +60,7 @@ def read(bag):
 
 
 def compute(folder, seconds):
-    """The same angles by a run at 1e-9."""
+    """Returns the angles of read() by a run at 1e-9."""
     path = os.path.join(folder, "exact.csv")
     subprocess.run(["rosrun", "planar_chain", "simulate", os.path.join(folder, "scene.yaml"), "--tolerance", "1e-9",
                     "--duration", str(seconds), "--rate", "10", "--csv", path], stdout=subprocess.DEVNULL, check=True)

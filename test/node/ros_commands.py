@@ -26,7 +26,7 @@ class Commands(Watching):
         return (nanoseconds(self.states.messages[j]) - nanoseconds(self.states.messages[i])) * 1e-9
 
     def assert_constant_torque(self, first, last, torque):
-        """From state `first` to state `last` the rod gains the speed that the torque gives it."""
+        """Asserts that from state `first` to state `last` the rod gains the speed that the torque gives it."""
         speed = self.states.messages[first].velocity[0]
         for i in range(first, last + 1):
             expected = speed + torque / ROD_INERTIA * self.seconds_between(first, i)

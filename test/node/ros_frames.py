@@ -69,7 +69,7 @@ def pose_in(root, frame, tree):
 
 
 def urdf_tree(urdf, joints):
-    """The same from robot_description and the joints' angles."""
+    """The tree of frames from robot_description and the joints' angles."""
     tree = {}
     for joint in ElementTree.fromstring(urdf).findall('joint'):
         origin = numpy.array(joint.find('origin').get('xyz').split(), float)

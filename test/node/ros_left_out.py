@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What nobody listens to is not made, by callgrind; who listens later gets all of it; and the log says what runs."""
+"""Topics without subscribers are not computed, by callgrind; late subscribers get everything; and the log says what runs."""
 
 import os
 import sys

@@ -217,7 +217,7 @@ class Machines(Watching):
     # ---- Trajectories ------------------------------------------------------------------------------
 
     def paused(self):
-        """Of a node that is paused at its initial state: a publisher of trajectories, and step(n), which gives the
+        """Pauses a node at its initial state. Returns a publisher of trajectories, and step(n), which gives the
         states."""
         self.ask('pause')
         self.ask('reset')

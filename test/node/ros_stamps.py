@@ -20,7 +20,7 @@ from ros_node import Listener, Node, nanoseconds, rod, service, spinning
 
 class Stamps(unittest.TestCase):
     def run_rod(self, rate, tf_rate, count):
-        """What comes live while `count` messages of joint_states are published."""
+        """Returns the messages that arrive while `count` messages of joint_states are published."""
         states = Listener('/joint_states', JointState)
         transforms = Listener('/tf', TFMessage)
         with Node(rod(publish={'rate': rate, 'tf_rate': tf_rate})):

@@ -28,7 +28,7 @@ def in_scene(law):
 
 
 def motion(x, y, angle):
-    """Of the pose and the twist of a request; each is a value and a rate."""
+    """The pose and the twist of a request. Each argument is a value and a rate."""
     pose, rates = zip(x, y, angle)
     return {'base_pose': [Pose2D(*pose)], 'base_twist': [Twist(Vector3(*rates[:2], 0), Vector3(0, 0, rates[2]))]}
 

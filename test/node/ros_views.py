@@ -47,7 +47,7 @@ FONT_HEIGHT = 28  # px: rviz makes this as high as the text's size
 
 
 def width_of(text, marker):
-    """In rviz, m. A space is as wide as an A."""
+    """The width of a text in rviz, m. A space is as wide as an A."""
     return sum(round(FONT.getlength(letter.replace(' ', 'A'))) for letter in text) / FONT_HEIGHT * marker.scale.z
 
 
@@ -298,7 +298,7 @@ class Views(unittest.TestCase):
         slack, tense = (self.only(spring, 'rod').colors[0] for spring in (slack, tense))
         self.assertLess(slack.r, slack.b)
         self.assertGreater(tense.r, 3 * tense.b)
-        # Of one place nothing is drawn: the first message takes away what there may be.
+        # A trail of one point is not drawn. The first message deletes an older one.
         self.assertEqual([marker.action for marker in trail.markers], [])
         # Its newest part moves with the link, so that it ends at the tip even if rviz draws it late.
         moving = hanging()

@@ -76,7 +76,7 @@ class Stream:
                 self._faults.append('%s: not finite:\n%s' % (self.topic, whole))
 
     def faults(self):
-        """What was wrong since the last call."""
+        """The faults since the last call."""
         stamps, self._stamps = self._stamps, []
         faults, self._faults = self._faults, []
         uneven = [stamp for stamp in stamps if stamp % (10 ** 9 // RATE)]
@@ -92,8 +92,8 @@ class Stream:
 
 
 class Balance:
-    """Of the energy: off by a thousandth of the tolerance a second at most, of what there is. Steps end with every tick,
-    and so are shorter than the tolerance asks for."""
+    """The energy balance. Its error is at most a thousandth of the tolerance a second, relative to the energy. Steps end
+    with every tick, so they are shorter than the tolerance asks for."""
 
     def __init__(self):
         self.worst = 0.0  # in those
@@ -255,7 +255,7 @@ class Soak:
         return faults
 
     def _growth(self):
-        """Of memory, after a first quarter in which everything is used for the first time."""
+        """The growth of memory after a first quarter, in which everything is used for the first time."""
         size = max(1, len(self._memory) // 8)
         eighths = [statistics.median(self._memory[i:i + size]) for i in range(0, len(self._memory), size)][:8]
         print('memory, MB: ' + ', '.join('%.2f' % (bytes_then / 1e6) for bytes_then in eighths))

@@ -130,7 +130,7 @@ const Engine engines[] = {
 #endif
 };
 
-// ---- The same accelerations ------------------------------------------------------------------
+// ---- Equal accelerations ---------------------------------------------------------------------
 
 void compare(const Accelerations& theirs, const Scene& scene, double tolerance, const std::string& what) {
   const int n = scene.chain.size();

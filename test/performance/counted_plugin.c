@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Of qemu-plugin.h, version 1, which Debian does not pack. */
+/* Declarations of qemu-plugin.h, version 1, which Debian does not pack. */
 struct qemu_plugin_tb;
 struct qemu_plugin_insn;
 typedef void (*translated)(uint64_t, struct qemu_plugin_tb*);

@@ -19,7 +19,7 @@ MOST_RATIO, TICK, MOST_TIME = 40, 0.005, 1
 
 
 def evaluations(program, links, duration, joint):
-    """Of one run; and its time per tick, s. None: it does not end."""
+    """The evaluations of one run, and its time per tick, s. None: it does not end."""
     link = {"mass": 0.1, "inertia": 1e-4, "com": [0.05, 0], "pin": [0.1, 0], "repeat": links, "joint": joint}
     with tempfile.TemporaryDirectory() as folder:
         scene = os.path.join(folder, "scene.yaml")

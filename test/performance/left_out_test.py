@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What a scene lacks does not run in the loop, by callgrind: no function of it, and no line inlined elsewhere.
+"""Effects that a scene lacks do not run in the loop, by callgrind: no function of theirs, and no line inlined elsewhere.
 
     left_out_test.py BIN [unittest options]        BIN: the folder that holds simulate
 """
@@ -68,7 +68,7 @@ integrator: {{method: {method}, tolerance: 1e-4, step: 0.001}}
 
 
 def of_effect(where, effect):
-    """Those that belong to it, in words."""
+    """The calls that belong to the effect, in words."""
     return [f"{count} in {file}: {function}" for (function, file), count in where.most_common()
             if any(re.search(functions, function) and re.search(files, file) for functions, files in EFFECTS[effect])]
 

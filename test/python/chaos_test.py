@@ -63,7 +63,7 @@ def growth(scene, ours, seed):
 
 
 def fault(scene, seed, theirs):
-    """What another motion of the scene differs by, if that is more than the growth of errors explains."""
+    """The difference of another motion of the scene, if it is more than the growth of errors explains."""
     ours = motion(scene)
     difference = apart(ours, theirs)
     if (difference <= AGREED).all():

@@ -67,7 +67,7 @@ def factor(load, t):
 
 
 def motor_torque(joint, given, t, rate):
-    """Of torques that are given at times, in order."""
+    """The torque of a motor at t from torques that are given at times, in order."""
     delay, lag = joint.get("command_delay", 0), joint.get("motor", {}).get("time_constant", 0)
     limit, speed = joint["effort_limit"], joint.get("motor", {}).get("no_load_speed", np.inf)
     x = u = since = 0.0
@@ -80,7 +80,7 @@ def motor_torque(joint, given, t, rate):
 
 
 class Joint:
-    """What acts in a joint but friction, drives and motors, and what that dissipates and stores."""
+    """The torque in a joint without friction, drives and motors, its dissipated power and its energy."""
 
     def __init__(self, made, q, rate):
         self.spring = made.get("stiffness", 0) * (q - made.get("rest_angle", 0))
@@ -165,7 +165,7 @@ class Sample:
 # ---- Motions -------------------------------------------------------------------------------------
 
 def give(simulation, commands):
-    """Those of the present time."""
+    """Gives the commands of the present time."""
     for start, what, value in commands:
         if start == simulation.time:
             simulation.hold_force(what, value) if isinstance(value, list) else simulation.hold_torque(what, value)
@@ -195,7 +195,7 @@ def apart(a, b):
 
 
 def effect(machine, commands, ours, seed):
-    """Of the tolerance at the start, at each time."""
+    """The effect of errors of the tolerance's size at the start, at each time."""
     chance, most = random.Random(seed), np.zeros(len(ours))
     for _ in range(CHANGES):
         other = copy.deepcopy(machine)
@@ -209,7 +209,7 @@ def effect(machine, commands, ours, seed):
 
 
 def balance_faults(samples, h, tolerance):
-    """Of energies and works by Simpson's rule, with half the samples too: the difference is the error, or more."""
+    """Checks energies and works by Simpson's rule, with half the samples too. The difference bounds the error."""
     wrong, balances = [], [sample.balance for sample in samples]
     energy = np.array([sample.energy for sample in samples])
     off = abs(energy - [balance.now.total for balance in balances]) / (1 + abs(energy))

@@ -49,7 +49,7 @@ def noisy(recording, seed, noise=1e-3):
 
 
 def gap(scene, q):
-    """From the outer pin of the last link to where it is held, m."""
+    """The distance from the outer pin of the last link to the point that holds it, m."""
     values = scene.to_dict()
     pins = [complex(*values["links"][link]["pin"]) for link in values["chain"]]
     return np.dot(np.exp(1j * np.cumsum(q)), pins) - complex(*values["tip"]["pin"])

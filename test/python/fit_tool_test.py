@@ -218,7 +218,7 @@ class Tool(InFolder):
 
 
 def shown(terminal, until=None):
-    """What a terminal shows until these words come, or until it is closed."""
+    """The text that a terminal shows until these words come, or until it is closed."""
     text = ""
     while until is None or until not in text:
         try:

@@ -22,8 +22,7 @@ def shipped():
     """{name: Scene} of those with few links."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # initial angles that are moved to close a chain
-        scenes = {os.path.basename(path)[:-5]: Scene.from_file(path) for path in sorted(glob.glob(SCENES + "/*.yaml"))
-                  if not path.endswith("/bungee.yaml")}  # springs to the ground have no formulas
+        scenes = {os.path.basename(path)[:-5]: Scene.from_file(path) for path in sorted(glob.glob(SCENES + "/*.yaml"))}
     return {name: scene for name, scene in scenes.items() if len(scene) <= MOST_LINKS}
 
 
@@ -111,6 +110,20 @@ def hold_tip(rng, scene):
         scene["tip"] = {"pin": {axis: {"amplitude": 0.05, "frequency": 0.6, "offset": x} for axis, x in zip("xy", place)}}
 
 
+def add_point_forces(rng, scene):
+    """Air drag and springs to the ground, of which about half are slack."""
+    for name, link in scene["links"].items():
+        if rng.random() < 0.3:
+            link["drag"] = rng.uniform(0.1, 2) if rng.random() < 0.5 else {"coefficient": rng.uniform(0.1, 2), "point": rng.normal(size=2).tolist()}
+        if rng.random() < 0.3:
+            spring = {"link": name, "ground": rng.normal(size=2).tolist(), "stiffness": rng.uniform(1, 20), "damping": rng.uniform(0, 3)}
+            if rng.random() < 0.7:
+                spring.update(rest_length=rng.uniform(0.1, 3), slack=bool(rng.random() < 0.7))
+            if rng.random() < 0.6:
+                spring["point"] = rng.normal(size=2).tolist()
+            scene.setdefault("springs", {})["to_" + name] = spring
+
+
 def random_scene(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(6, MOST_LINKS + 1)) if seed % 25 == 24 else SIZES[seed % len(SIZES)]
@@ -133,6 +146,8 @@ def random_scene(seed):
         scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis == "y" or rng.random() < 0.7}
     if rng.random() < 0.6:
         scene["loads"] = {f"load_{k}": random_load(rng, links) for k in range(int(rng.integers(1, 4)))}
+    if seed % 2:
+        add_point_forces(np.random.default_rng([seed, 1]), scene)
     if seed % 5 == 3:
         hold_tip(rng, scene)
     return Scene(json.loads(json.dumps(scene)))
@@ -167,7 +182,9 @@ class State:
         turns = ~np.array(scene.prismatic)
         self.sums = np.where(np.outer(turns, turns), np.triu(np.ones((len(scene), len(scene)))), np.diag(~turns))  # T, of x
         self.expected["M_ext"][~np.logical_or.accumulate(turns)] = 0  # what does not turn has its moment in no formula
-        self.expected["A"], self.expected["B"] = linearize(scene, self.q, self.qd, t=self.t)
+        self.tau = rng.normal(size=len(scene))  # about which A and B are
+        self.tau[self.formulas.driven] = 0
+        self.expected["A"], self.expected["B"] = linearize(scene, self.q, self.qd, t=self.t, tau=self.tau)
 
         self.cancels = {}
         if self.formulas.chain.rows:  # B is M⁻¹ less what the tip takes of it, which may be all; q̈ has a part of each force

@@ -24,8 +24,9 @@ except ImportError as missing:
     print(f"{missing}: skipped")
     sys.exit(77)
 
-from formulas_scenes import AGREE, random_scene, shipped, states
+from formulas_scenes import AGREE, State, random_scene, shipped, states
 from planar_chain import NoFormula, Scene, formulas
+from planar_chain._core import _operating_point
 from planar_chain.symbolic.code import program_of
 from planar_chain.symbolic.code_c import c_code
 from planar_chain.symbolic.code_matlab import matlab_code
@@ -74,6 +75,11 @@ def value_of(it):
     return it.value() if isinstance(it, Later) else it
 
 
+def near(output, tau):
+    """The torques, for functions that take them."""
+    return {"tau": tau} if output in ("A", "B") else {}
+
+
 class Values(InFolder):
     def test_c(self):
         for k, state in enumerate(states()):
@@ -110,8 +116,9 @@ class Values(InFolder):
             call.restype = None
             if not state.numbers:
                 first = [ctypes.addressof(ctypes.c_char.in_dll(library, "it_scene"))]
-            call.argtypes = [ctypes.c_void_p] * len(first) + [ctypes.c_double] + [address] * 3
-            call(*first, state.t, state.q, state.qd, values[output])
+            states = [state.q, state.qd] + [state.tau] * (output in ("A", "B"))
+            call.argtypes = [ctypes.c_void_p] * len(first) + [ctypes.c_double] + [address] * (len(states) + 1)
+            call(*first, state.t, *states, values[output])
         return values
 
     def assert_lean(self, text, library, state):
@@ -124,7 +131,7 @@ class Values(InFolder):
             self.assertEqual(len(steps), len(set(steps)), state.name)
         called = subprocess.run(["nm", "-D", "--undefined-only", library], stdout=subprocess.PIPE, universal_newlines=True, check=True)
         names = {line.split()[-1].partition("@")[0] for line in called.stdout.splitlines() if " U " in line}
-        self.assertLessEqual(names, {"cos", "sin", "sincos"}, state.name)
+        self.assertLessEqual(names, {"cos", "sin", "sincos", "sqrt"}, state.name)
 
     @unittest.skipUnless(shutil.which("octave"), "octave not found: MATLAB's code is not run")
     def test_matlab(self):
@@ -133,8 +140,9 @@ class Values(InFolder):
             name = f"it_{k}"
             with open(self.path(name + ".m"), "w", encoding="utf-8") as file:
                 file.write(matlab_code(state.formulas, name, state.name, True))
-            q, qd = ("[" + "; ".join(map(repr, x.tolist())) + "]" for x in (state.q, state.qd))
-            lines += [f"[{', '.join(state.outputs)}] = {name}({state.t!r}, {q}, {qd});"]
+            q, qd, tau = ("[" + "; ".join(map(repr, x.tolist())) + "]" for x in (state.q, state.qd, state.tau))
+            letters = "" if state.numbers else f"{name}(), "
+            lines += [f"[{', '.join(state.outputs)}] = {name}({state.t!r}, {q}, {qd}, {letters}{tau});"]
             lines += [f"printf('%.17g ', reshape({x}', 1, [])); printf('\\n');" for x in state.outputs]
         with open(self.path("all_of_them.m"), "w", encoding="utf-8") as file:
             file.write("\n".join(lines) + "\n")
@@ -156,6 +164,10 @@ class Values(InFolder):
         inner = [scene["links"][f"link_{i}"]["joint"] for scene, places in zip(scenes, prismatic) for i in places if i != places.index(i)]
         counts.update({f"{key} of a prismatic joint within": sum(key in joint for joint in inner)
                        for key in ("rotor_inertia", "drive", "stiffness", "friction", "drag", "upper")})
+        springs = [spring for scene in scenes for spring in scene.get("springs", {}).values()]
+        counts.update({"air drag": sum("drag" in link for scene in scenes for link in scene["links"].values()), "springs": len(springs),
+                       "slack": sum(spring.get("slack", False) for spring in springs), "linear": sum("rest_length" not in spring for spring in springs)})
+        counts.update({"springs and " + key: sum("springs" in scene and key in scene for scene in scenes) for key in ("base", "tip")})
         counts.update({"carts": sum(places[:1] == [0] for places in prismatic), "floating": sum(floating)})
         counts.update({key: sum(key in scene for scene in scenes) for key in ("base", "tip", "gravity")})
         for key in ("base", "tip"):
@@ -166,16 +178,17 @@ class Values(InFolder):
 
     def test_modules_that_only_record(self):
         """Python with modules that have nothing but what casadi and jax.numpy document, and whose values are known later."""
-        casadi = {"cos": math.cos, "sin": math.sin, "sign": np.sign, "fabs": abs, "if_else": lambda c, a, b: a if c else b}
-        jax = {**{name: casadi[name] for name in ("cos", "sin", "sign", "fabs")}, "where": casadi["if_else"]}
+        casadi = {"cos": math.cos, "sin": math.sin, "sqrt": math.sqrt, "sign": np.sign, "fabs": abs, "if_else": lambda c, a, b: a if c else b}
+        jax = {**{name: casadi[name] for name in ("cos", "sin", "sqrt", "sign", "fabs")}, "where": casadi["if_else"]}
         for state in states():
             module = {}
             exec(python_code(state.formulas, "it", state.name, True), module)  # pylint: disable=exec-used
             for known in (casadi, jax):
                 xp = types.SimpleNamespace(**{name: functools.partial(Later, of) for name, of in known.items()})
-                t, *inputs = (Later(lambda x=x: x) for x in (state.t, *state.q, *state.qd))
-                q, qd = inputs[:len(state.q)], inputs[len(state.q):]
-                values = {output: np.array(value_of(module[output](xp, t, q, qd)), dtype=float)
+                t, *inputs = (Later(lambda x=x: x) for x in (state.t, *state.q, *state.qd, *state.tau))
+                n = len(state.q)
+                q, qd, tau = inputs[:n], inputs[n:2 * n], inputs[2 * n:]
+                values = {output: np.array(value_of(module[output](xp, t, q, qd, **near(output, tau))), dtype=float)
                           for output in state.outputs}
                 state.check(self, values, f"Python with {sorted(known)}")
 
@@ -184,7 +197,7 @@ class Values(InFolder):
             module = {}
             exec(python_code(state.formulas, "it", state.name, True), module)  # pylint: disable=exec-used
             for xp in (np, math):
-                values = {output: module[output](xp, state.t, state.q, state.qd) for output in state.outputs}
+                values = {output: module[output](xp, state.t, state.q, state.qd, **near(output, state.tau)) for output in state.outputs}
                 state.check(self, values, f"Python with {xp.__name__}")
             two = np.column_stack([state.q, state.q]), np.column_stack([state.qd, state.qd])
             both = module["qdd"](np, np.array([state.t, state.t]), *two)  # two states at once
@@ -192,10 +205,23 @@ class Values(InFolder):
             for got, expected in zip(both, state.expected["qdd"]):
                 self.assertLessEqual(np.max(abs(got - expected)), AGREE * size)
 
+    def test_python_with_symbols_of_sympy(self):
+        """Limits, friction, drag and slack springs have cases that no symbol decides."""
+        rod = {"mass": 1.0, "inertia": 0.1, "com": [0.5, 0.0], "pin": [1.0, 0.0], "drag": 0.3,
+               "joint": {"lower": -0.5, "upper": 0.5, "friction": 0.2, "drag": 0.1}}
+        spring = {"link": "a", "point": [1.0, 0.0], "ground": [0.0, 1.0], "stiffness": 20.0, "rest_length": 1.0, "slack": True}
+        state = State("rod", Scene({"chain": ["a"], "links": {"a": rod}, "springs": {"rope": spring}}), 1, False)
+        module, symbols = {}, sp.symbols("q qd tau", real=True)
+        exec(python_code(state.formulas, "it", state.name, True), module)  # pylint: disable=exec-used
+        q, qd, tau = ([symbol] for symbol in symbols)
+        of = {output: module[output](sp, state.t, q, qd, **near(output, tau)) for output in state.outputs}
+        at = dict(zip(symbols, (state.q[0], state.qd[0], state.tau[0])))
+        state.check(self, {output: sp.Matrix(value).subs(at).tolist() for output, value in of.items()}, "Python with symbols")
+
     def test_sympy(self):
         for state in states():
             of = state.formulas
-            given = dict(zip([of.t, *of.q, *of.qd], [state.t, *state.q, *state.qd]))
+            given = dict(zip([of.t, *of.q, *of.qd, *program_of(of, True).added], [state.t, *state.q, *state.qd, *state.tau]))
             given.update({symbol: letter.value for symbol, letter in of.letters.items()})
             at = {symbol: sp.Float(float(value)) for symbol, value in given.items()}
             program = program_of(of, True)
@@ -210,19 +236,32 @@ class Values(InFolder):
     def check_near_a_state(self, state, at):
         """A and B by M δq̈ = K δq + D δq̇ + δτ, as the document prints it."""
         of, n, T = linear(state.formulas), len(state.q), state.sums
-        x, xd, beta = (each @ T for each in (state.q, state.qd, state.expected["qdd"]))
+        (A, B), _, qdd = _operating_point(state.scene, state.q, state.qd, state.tau, "acts", state.t, False)
+        np.testing.assert_array_equal(A, state.expected["A"])
+        np.testing.assert_array_equal(B, state.expected["B"])
+        phi = []
+        if state.formulas.chain.rows:
+            left = state.expected["M"] @ qdd - state.expected["f"] - state.tau
+            free = [i for i in range(n) if i not in state.formulas.driven]
+            phi = np.linalg.lstsq(state.expected["J_c"].T[free], left[free], rcond=None)[0]
+        x, xd, beta = (each @ T for each in (state.q, state.qd, qdd))
         base = [float(sp.sympify(number).xreplace(at)) for number in (state.formulas.chain.phi, state.formulas.chain.phid)]
         at = {**at, **{symbol: sp.Float(float(value)) for symbols, values in (
             (state.formulas.theta, x + base[0]), (state.formulas.omega, xd + base[1])) for i, (symbol, value) in enumerate(zip(symbols, values))
                        if i in state.formulas.chain.coordinates.revolute}}
-        at.update({symbol: sp.Float(float(value)) for symbols, values in ((of.beta, beta), (state.formulas.phi, state.expected.get("phi", ())))
+        at.update({symbol: sp.Float(float(value)) for symbols, values in ((of.beta, beta), (state.formulas.phi, phi))
                    for symbol, value in zip(symbols, values)})
 
         def number(matrix):
             return np.array(matrix.xreplace(at).evalf().tolist(), dtype=float)
 
         free = [i for i in range(n) if i not in state.formulas.driven]
-        change = np.hstack([T @ number(of.K_theta) @ T.T + number(of.K_tau), T @ number(of.D_theta) @ T.T + number(of.D_tau), np.eye(n)])
+        K_theta, D_theta = number(of.K_theta), number(of.D_theta)
+        for force, gradients in zip(state.formulas.point_forces, of.points):
+            J, W, by_place, by_velocity = map(number, (*gradients, force.by_place, force.by_velocity))
+            K_theta += J.T @ (by_place @ J + by_velocity @ W)
+            D_theta += J.T @ by_velocity @ J
+        change = np.hstack([T @ K_theta @ T.T + number(of.K_tau), T @ D_theta @ T.T + number(of.D_tau), np.eye(n)])
         lower, J_c = np.zeros((n, 3 * n)), state.expected["J_c"][:, free] if state.formulas.chain.rows else np.zeros((0, len(free)))
         of_tip = np.hstack([number(of.K_c) @ T.T, number(of.D_c) @ T.T, np.zeros((len(J_c), n))]) if len(J_c) else np.zeros((0, 3 * n))
         bordered = np.block([[state.expected["M"][np.ix_(free, free)], J_c.T], [J_c, np.zeros((len(J_c), len(J_c)))]])
@@ -346,6 +385,18 @@ class Letters(unittest.TestCase):
         numbers = of.with_numbers().closed
         self.assertEqual(numbers.M_theta.free_symbols | numbers.f_theta.free_symbols, {*of.theta, *of.omega})
 
+    def test_drag_and_springs_are_written_as_on_paper(self):
+        """A mass on a spring without rest length, in the air: m q̈ = −m g − k q − c |q̇| q̇."""
+        mass = {"mass": 1.0, "drag": 0.5, "joint": {"type": "prismatic", "axis": [0, 1]}}
+        of = formulas(Scene({"chain": ["a"], "links": {"a": mass}, "springs": {"s": {"link": "a", "ground": [0, 0], "stiffness": 9}}}))
+        letter = {symbol.name: symbol for symbol in of.letters}
+        m, c, k, g, q, qd = (*(letter[name] for name in "m_1 ca_1 spring_s_stiffness g".split()), of.q[0], of.qd[0])
+        for form in (of.closed, of):
+            self.assertEqual(sp.simplify(of.in_q(form.f)[0] - (-m * g - k * q - c * sp.Abs(qd) * qd)), 0)
+        text = Document(formulas(Scene.from_file("bungee")), "it", None, True).text()
+        for words in (r"S^+_{\mathrm{rope}} &=", r"|v|_{3} &= \sqrt{", r"(\partial F_x/\partial s_y)_{\mathrm{rope}} &=", "G_{3} &="):
+            self.assertIn(words, text)
+
     def test_what_cannot_be_written_is_refused_by_name(self):
         with self.assertRaisesRegex(NoFormula, "chain: expected at most 10 links, got 11.*src/recursion/articulated.h"):
             formulas(Scene.from_file("crane"))
@@ -369,8 +420,8 @@ class Tool(InFolder):
         for more, argument in (((), "&two_scene, "), (("--numbers",), "")):
             self.assertEqual(self.tool("double_pendulum", "--format", "c", "--linearize", "--output", "two.c", *more), "written to two.c and two.h\n")
             with open(self.path("main.cpp"), "w", encoding="ascii") as file:
-                file.write('#include "two.h"\n#include "two.h"\nint main() {\n  double q[2] = {1, 2}, qd[2] = {}, M[2][2], A[4][4];\n'
-                           f"  two_M({argument}0, q, qd, M);\n  two_A({argument}0, q, qd, A);\n  return M[0][1] == M[1][0] && A[0][2] == 1 ? 7 : 1;\n}}\n")
+                file.write('#include "two.h"\n#include "two.h"\nint main() {\n  double q[2] = {1, 2}, qd[2] = {}, tau[2] = {}, M[2][2], A[4][4];\n'
+                           f"  two_M({argument}0, q, qd, M);\n  two_A({argument}0, q, qd, tau, A);\n  return M[0][1] == M[1][0] && A[0][2] == 1 ? 7 : 1;\n}}\n")
             for command in (["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-include", "two.h", "-c", "-o", "alone.o", "-x", "c", "/dev/null"],
                             ["gcc", "-std=c99", "-c", "two.c"], ["g++", "-Wall", "-Wextra", "-Werror", "main.cpp", "two.o", "-o", "two", "-lm"]):
                 subprocess.run(command, check=True, cwd=self.folder)
@@ -390,6 +441,8 @@ class Tool(InFolder):
         self.assertIn("kg m^2", text)
         self.assertNotIn("p->", self.tool("double_pendulum", "--format", "c", "--numbers"))
         self.assertIn("function [M, f, qdd] = double_pendulum(t, q, qd, p)", self.tool("double_pendulum", "--format", "matlab", "--output", "-"))
+        self.assertIn("[M, f, qdd, A, B] = double_pendulum(t, q, qd, p, tau)", self.tool("double_pendulum", "--format", "matlab", "--linearize"))
+        self.assertIn("def A(xp, t, q, qd, tau=None):", self.tool("double_pendulum", "--format", "python", "--numbers", "--linearize"))
         self.assertIn("def qdd(xp, t, q, qd):", self.tool("double_pendulum", "--format", "python", "--numbers"))
 
     def test_a_urdf_is_a_scene(self):

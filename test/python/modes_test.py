@@ -4,7 +4,10 @@
     modes_test.py BIN [unittest options]       BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
 """
 import csv
+import importlib.util
 import os
+import pathlib
+import re
 import subprocess
 import sys
 import unittest
@@ -113,6 +116,20 @@ class KnownModes(unittest.TestCase):
             np.testing.assert_allclose(omegas(mode), [np.sqrt(1.5 * G)], rtol=1e-12)
             np.testing.assert_allclose(mode.shapes[:, 0], [0, 1], atol=1e-14)
 
+    def test_torques_hold_other_poses(self):
+        # I δq̈ = m g l/2 sin q δq at any angle that a torque holds.
+        pendulum = Scene({"chain": ["a"], "links": {"a": rod(1.0, 2.0, joint={"effort_limit": 5.0})}})
+        rate = np.sqrt(1.5 * G / 2)
+        with self.assertWarnsRegex(UserWarning, "tau: 8.49570921 N m in a_joint is beyond its effort_limit, 5 N m: no command gives it"):
+            up = modes(pendulum, [np.pi / 6], tau="holding")
+        np.testing.assert_allclose(up.poles, [rate, -rate], rtol=1e-12)
+        pendulum = Scene({"chain": ["a"], "links": {"a": rod(1.0, 2.0, initial={"angle": -np.pi / 6})}})
+        np.testing.assert_allclose(omegas(modes(pendulum, tau=[G * np.cos(np.pi / 6)])), [rate], rtol=1e-12)
+        with self.assertRaisesRegex(ValueError, "got a pose that 2.49571 N m in a_joint would have to hold"):
+            modes(pendulum, tau=[6.0])
+        run = subprocess.run([os.path.join(BIN, "modes"), "pendulum", "--q", "0", "--tau", "holding"], stdout=subprocess.PIPE, check=True)
+        self.assertRegex(run.stdout.decode(), r"^pendulum at q = 0; tau = [0-9.]+\n")
+
     def test_other_poses_are_refused_with_what_is_left(self):
         pendulum = Scene({"chain": ["a"], "links": {"a": rod(1.0, 2.0)}})
         self.assertAlmostEqual(modes(pendulum).q[0], HANGS, delta=1e-8)
@@ -172,13 +189,17 @@ class StateSpace(InFolder):
             "a": link(joint={"damping": .3, "stiffness": 2.}),
             "b": link(joint={"type": "prismatic", "axis": [1, .3], "stiffness": 20., "damping": .2}, initial={"position": .2, "velocity": .3}),
             "c": link(initial={"angle": .4, "velocity": -1.}), "d": link(initial={"angle": -1, "velocity": .6}, joint={"rotor_inertia": .1})},
-            "loads": {"f": {"link": "c", "force": [1, 2], "point": [.1, .2]}},
+            "loads": {"f": {"link": "c", "force": [1, 2], "point": [.1, .2]}}, "frames": {"grip": {"link": "c", "point": [.1, .3], "angle": .5}},
             "sensors": {"enc": {"joints": "all"}, "imu": {"link": "c", "point": [.1, .2], "angle": .3}}})
         inputs = ["a_joint", "b_joint", "c,0.2,0.1/force_x", "d/force_y", "b/moment"]
-        outputs = ["b_joint/position", "c_joint/velocity", "c/x", "c,0.1,0.3/y", "tip/angle", "d/velocity_x", "d/velocity_y", "b/rate",
+        tau = [1.5, -2.0, 0.7, 0.3]
+        outputs = ["b_joint/position", "c_joint/velocity", "c/x", "grip/y", "tip/angle", "d/velocity_x", "d/velocity_y", "b/rate",
                    "tip/acceleration_x", "tip/acceleration_y", "c/pin_force_x", "b/pin_force_y", "enc/a_joint", "imu/gyro",
                    "imu/accelerometer_x", "imu/accelerometer_y"]
-        A, B, C, D = state_space(scene, inputs, outputs)
+        A, B, C, D = state_space(scene, inputs, outputs, tau=tau)
+        same = state_space(scene, inputs, ["c,0.1,0.3/y" if name == "grip/y" else name for name in outputs], tau=tau)
+        np.testing.assert_array_equal(same[2], C)
+        np.testing.assert_array_equal(state_space(scene, ["grip/force_x"], [])[1], state_space(scene, ["c,0.1,0.3/force_x"], [])[1])
 
         def turned(angle, x, y):
             return np.array([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y])
@@ -186,7 +207,7 @@ class StateSpace(InFolder):
         def quantities(x, u):
             simulation = Simulation(scene)
             simulation.set_state(x[:n], x[n:])
-            simulation.hold_torques([u[0], u[1], 0, 0])
+            simulation.hold_torques(np.add(tau, [u[0], u[1], 0, 0]))
             simulation.hold_force("c", [u[2], 0], [.2, .1])
             simulation.hold_force("d", [0, u[3]])
             simulation.hold_force("b", [0, 0], None, u[4])
@@ -206,6 +227,33 @@ class StateSpace(InFolder):
         of_u = np.array([quantities(x, e) - quantities(x, -e) for e in np.eye(5)]).T / 2
         np.testing.assert_allclose(np.vstack([C, A[n:]]), of_x, atol=1e-9 * abs(of_x).max())
         np.testing.assert_allclose(np.vstack([D, B[n:]]), of_u, atol=1e-13 * abs(of_u).max())
+
+    def test_a_joint_at_rest_slips_on_request(self):
+        links = {"a": rod(1.0), "b": rod(1.0, joint={"friction": 1.0})}
+        rough, smooth = (Scene({"chain": ["a", "b"], "links": {**links, "b": b}}) for b in (links["b"], rod(1.0)))
+        about = ["b_joint"], ["b_joint/acceleration"], [HANGS, 0.0], np.zeros(2)
+        for ours, theirs in zip(state_space(rough, *about, friction="slips"), state_space(smooth, *about)):
+            np.testing.assert_allclose(ours, theirs, atol=1e-12)
+        with self.assertWarnsRegex(UserWarning, "b_joint sticks"):
+            self.assertEqual(state_space(rough, *about)[3][0, 0], 0)
+        np.testing.assert_allclose(modes(rough, about[2], friction="slips").poles, modes(smooth, about[2]).poles, rtol=1e-12)
+
+    def test_commands_pass_the_lags_of_motors(self):
+        # H/(1 + s T) of a joint's torque; forces on links and the base do not pass it.
+        T, pose, s = 0.05, [0.4, -0.3], 4j
+        plain = {"chain": ["a", "b"], "links": {"a": rod(1.0), "b": rod(0.8)}}
+        lagging = {**plain, "links": {**plain["links"], "b": rod(0.8, joint={"motor": {"time_constant": T}, "command_delay": 0.01})}}
+        about = ["a_joint", "b_joint", "tip/force_x", "base/angle"], ["tip/acceleration_y", "b_joint/position"], pose, np.zeros(2)
+
+        def answer(A, B, C, D):
+            return C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D
+        with self.assertWarnsRegex(UserWarning, r"A and B have no command delays, of b_joint \(command_delay 0.01 s\)$"):
+            system = state_space(Scene(lagging), *about, tau="holding", motors=True)
+        self.assertEqual(system[0].shape, (7, 7))
+        self.assertEqual((system[0][4, 4], system[1][4, 1]), (-1 / T, 1 / T))
+        expected = answer(*state_space(Scene(plain), *about, tau="holding"))
+        expected[:, 1] /= 1 + s * T
+        np.testing.assert_allclose(answer(*system), expected, rtol=1e-12)
 
     def test_a_base_that_moves_is_a_driven_base(self):
         # Small motions ± of the base cancel even powers of their size; cubes are below 1e-7. They begin at rest and last until
@@ -265,6 +313,42 @@ class Tools(InFolder):
         self.assertRegex(run.stdout, r"(?s)^cart_pole at q = 0, 1.5708\nmode .*\n   1 +0 +0.0000 +free .*\n   2 +[0-9.]+ +-1.0000 +unstable .*decays")
         self.assertTrue(os.path.getsize(self.path("out.pdf")) > 1000)
 
+    def test_bode_says_where_there_is_no_response(self):
+        """To first order a hanging pole only swings sideways: what is computed is the rounding of its angle."""
+        run = self.run_tool("bode", "cart_pole", "--q", "0,-1.5707963", "--input", "cart_joint", "--output", "tip/y", "tip/x", "--csv",
+                            self.path("out.csv"), "--plot", self.path("out.svg"))
+        self.assertEqual((run.returncode, run.stdout), (0, ""))
+        self.assertTrue(run.stderr.startswith("bode: tip/y from cart_joint: no response\n"), run.stderr)
+        with open(self.path("out.csv"), encoding="utf-8") as file:
+            rows = list(csv.reader(file))[1:]
+        self.assertEqual({tuple(row[1:3]) for row in rows}, {("", "")})
+        self.assertTrue(np.isfinite(np.array([row[3:] for row in rows], dtype=float)).all())
+        with open(self.path("out.svg"), encoding="utf-8") as file:
+            self.assertEqual(re.findall("<!-- (.* from .*) -->", file.read()), ["tip/y from cart_joint: no response", "tip/x from cart_joint"])
+
+    def test_bode_at_a_pose_that_torques_hold(self):
+        run = self.run_tool("bode", "double_pendulum", "--q", "0.4,0.6", "--tau", "holding", "--motors", "--input", "lower_joint", "--output",
+                            "tip/x", "--from", "1", "--to", "10", "--points", "20")
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        table = np.array(list(csv.reader(run.stdout.splitlines()))[1:], dtype=float)
+        A, B, C, D = state_space(Scene.from_file("double_pendulum"), ["lower_joint"], ["tip/x"], [0.4, 0.6], np.zeros(2), tau="holding")
+        H = np.array([(C @ np.linalg.solve(2j * np.pi * f * np.eye(4) - A, B) + D)[0, 0] for f in table[:, 0]])
+        np.testing.assert_allclose(10 ** (table[:, 1] / 20), abs(H), rtol=1e-9)
+
+    def test_modes_along_the_chain_are_drawn_beside_it(self):
+        os.environ["MPLBACKEND"] = "Agg"
+        sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/tools"))
+        spec = importlib.util.spec_from_file_location("modes_tool", os.path.join(sys.path[0], "modes.py"))
+        tool = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(tool)
+        sys.modules["chain"].EQUATIONS = pathlib.Path(BIN) / "equations"
+        telescope = Scene.from_file("telescope")
+        reach = 0.2 + 0.15 + 0.6
+        figure = tool.draw("telescope", modes(telescope), "")
+        for axes, is_along in zip(figure.axes, (False, True, True)):
+            pins = [line.get_xdata()[0] for line in axes.lines if line.get_marker() == "o"]
+            np.testing.assert_allclose(sorted(pins), [-tool.BESIDE * reach, 0, tool.BESIDE * reach] if is_along else [0, 0, 0], atol=1e-12)
+
     def test_faults_are_lines(self):
         for tool, *arguments, words in (
                 ("modes", "acrobot", "--q", "0.3,0", "modes: q: expected an equilibrium .*"),
@@ -272,7 +356,7 @@ class Tools(InFolder):
                 ("modes", "acrobot", "--plot", "a.gif", "modes: --plot: expected a name that ends in .*"),
                 ("bode", "acrobot", "--input", "hip", "--output", "hip", "bode: outputs/0: expected NAME/ .*"),
                 ("bode", "acrobot", "--input", "hip", "--output", "hip/position", "--from", "0", "bode: --from, --to: expected .*"),
-                ("bode", "cart_pole", "--input", "base/x", "--output", "tip/x", "bode: --input base/x, --output tip/x: expected an input that moves .*")):
+                ("bode", "acrobot", "--input", "hip", "--output", "hip/position", "--tau", "1", "bode: tau: expected .*")):
             run = self.run_tool(tool, *arguments)
             self.assertEqual((run.returncode, run.stdout), (2, ""), run.stderr)
             self.assertRegex(run.stderr, rf"^{words}\n$")

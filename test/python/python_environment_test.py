@@ -217,6 +217,20 @@ class Environments(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "render_mode: expected None or rgb_array, got 'human'"):
             Spin({"rod_joint": 1.0}, render_mode="human")
 
+    def test_a_picture_shows_the_cart_on_its_rail(self):
+        env = Spin({"cart_joint": 20}, Scene.from_file(os.path.join(SCENES, "cart_pole.yaml")), render_mode="rgb_array")
+        env.reset()
+        middles, grey = [], []
+        for action in (1, 1, 1, -1, -1, -1, -1, -1, -1):
+            info = env.step([action])[4]
+            picture = env.render(200).astype(int)
+            rows, columns = np.nonzero(abs(picture - (0, 114, 178)).max(axis=2) < 40)  # cart and pole
+            metre = 100 / 1.1 / max(env._half, 1e-9)
+            middles.append(abs(columns - 100 - info["q"][0] * metre).min())
+            grey.append(np.count_nonzero(np.ptp(picture, axis=2)[100] == 0) > np.count_nonzero((picture[100] == 255).all(axis=1)))
+        self.assertLess(max(middles), 8)  # half of the cart
+        self.assertTrue(all(grey))
+
     def test_gymnasium_accepts_it(self):
         try:
             import gymnasium

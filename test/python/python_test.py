@@ -356,7 +356,7 @@ class Page(unittest.TestCase):
 
 class Readme(unittest.TestCase):
     def test_its_pushes_are_swings(self):
-        """In their order, a minute after each other: no link turns over."""
+        """Gives the pushes in their order, a minute after each other: no link turns over."""
         with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
             commands = re.findall(r"(?:settle\b|rostopic pub -1 \S+/(\w+) \S+ (?:\\\n *)?'(.*)')", file.read())
         self.assertEqual([topic for topic, _ in commands], ["", "joint_torque", "link_force", "joint_torques"])

@@ -146,6 +146,9 @@ class LinearModels(InFolder):
         self.assertRegex(words, "cart_joint and hand_joint stick: ")
         self.assertRegex(words, r"of cart_joint \(command_delay 0.01 s\)")
         self.assertNotRegex(messages(lambda: linearize(machine, *at_rest, friction="slips")), "stick")
+        weak = Scene({**RODS, "links": {"upper": {**ROD, "joint": {"effort_limit": 10}}, "lower": ROD}})
+        self.assertEqual(messages(lambda: linearize(weak, [0, 0], STILL, tau="holding")),
+                         "tau: 19.62 N m in upper_joint is beyond its effort_limit, 10 N m: no command gives it")
         for wrong in ({"tau": "held"}, {"tau": [1]}, {"tau": [1, np.nan]}, {"friction": "none"}):
             with self.assertRaisesRegex(Refused, list(wrong)[0] + ": expected"):
                 linearize(scene, [0, 0], STILL, **wrong)

@@ -91,7 +91,7 @@ class Lagrange:
         rate = lambda x: [sum(sympy.diff(c, q[k]) * v[k] for k in range(n)) for c in x]
 
         def place(i, point):
-            """Of a point of body i, in the ground frame."""
+            """The position of a point of body i, in the ground frame."""
             x = [sympy.Integer(0), sympy.Integer(0)]
             for k in range(i + 1):
                 angle = sum(q[:k + 1])

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Chains of real machines: rotors, drives, dry friction, a moving base, rest.
 
-Of the scenes machines/NAME.yaml it writes machines/motions.csv (the state at the end), torques.csv (inverse
+For the scenes machines/NAME.yaml it writes machines/motions.csv (the state at the end), torques.csv (inverse
 dynamics) and rest.csv (static equilibria); README.md explains them.
 
     ./machines.py
@@ -67,7 +67,7 @@ class Law:
             self.edges = []
 
     def value(self, t, within):
-        """In any arithmetic."""
+        """The value of the law at t, in any arithmetic."""
         if self.spline is None:
             return self.offset + self.amplitude * mpmath.sin(self.rate * t + self.phase)
         x = self.spline.x
@@ -92,7 +92,7 @@ class Law:
 
 
 def factor(load, t, within):
-    """Of a load at t."""
+    """The factor of a load at t."""
     if not load.start <= within < load.stop:
         return 0.0
     kind, *data = load.law
@@ -212,8 +212,8 @@ class Machine:
         return np.concatenate([q, v])
 
     def smooth(self, t, y, stop, within, direction, rubs, steps):
-        """On to the next change of a direction, or `stop`: time, state, and the direction of a joint that breaks
-        loose."""
+        """Integrates to the next change of a direction, or `stop`. Returns time, state, and the direction of a joint
+        that breaks loose."""
         n = self.n
         signs = np.array(direction)
 
@@ -263,12 +263,12 @@ class Machine:
         return M @ a - f + self.friction * np.sign(v)
 
     def torques_of_positions(self, t, q, v, a):
-        """The same with 40 digits from the positions alone, which mpmath differentiates by time and angles."""
+        """torques() with 40 digits from the positions alone, which mpmath differentiates by time and angles."""
         links, loads = self.scene.links, self.scene.loads
         number = mpmath.mpf
 
         def place(body, point, s, shift):
-            """Of a point at t + s, its angles q_k larger by shift[k]."""
+            """The position of a point at t + s, with angles q_k larger by shift[k]."""
             x, y, angle = (law.value(number(t) + s, t) for law in self.base)
             z = mpmath.mpc(x, y)
             for j in range(body + 1):

@@ -96,7 +96,7 @@ def integrate(program, row):
 
 
 def invert(_, row):
-    """By an integral; DOP853 with dense equations and the force on the tip as unknown must agree."""
+    """The end by an integral; DOP853 with dense equations and the force on the tip as unknown must agree."""
     scene, duration = scene_of(row), float(row["end_s"])
     rows = one_coordinate.ends(scene, duration)
     chain = [dict(mass=link.mass, inertia=link.inertia, com=link.com, pin=link.pin, q=link.angle, qd=link.velocity,

@@ -221,7 +221,7 @@ void makeRelative(std::vector<Real>& y) {
   }
 }
 
-/// Of a reference: its run, a second one, draws of rounding.
+/// The effort for a reference: its run, a second one, draws of rounding.
 struct Effort {
   Accuracy first, second;
   int draws;

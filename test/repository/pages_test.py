@@ -57,7 +57,7 @@ def name_of(page):
 
 @functools.lru_cache(maxsize=None)
 def anchors_of(page):
-    """As GitHub makes them of headings."""
+    """The anchors that GitHub makes of headings."""
     found = {}
     for heading in re.findall(r'^#+ +(.*)$', BLOCK.sub('', text_of(page)), re.MULTILINE):
         plain = re.sub(r'\[([^]]*)\]\([^)]*\)', r'\1', heading)
@@ -141,7 +141,7 @@ class Reader:
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
 
     def end(self, process):
-        """By Ctrl-C, which all in the terminal feel."""
+        """Ends a process by Ctrl-C, which all in the terminal get."""
         os.killpg(process.pid, signal.SIGINT)
         try:
             self.said = process.communicate(timeout=LIMIT)[0]
@@ -308,7 +308,7 @@ class Pages(InFolder):
                 self.assertEqual(named, options_of(tool) - {'--help'})
 
     def keys_refused_at(self, path, scene):
-        """Those that the reader lists when it is given an unknown one there."""
+        """The keys that the reader lists in its fault for an unknown one."""
         with open(self.path('scene.yaml'), 'w', encoding='utf-8') as file:
             file.write(scene)
         run = subprocess.run([os.path.join(BIN, 'simulate'), self.path('scene.yaml'), '--duration', '0.1'],

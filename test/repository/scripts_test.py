@@ -137,7 +137,7 @@ class Ci(InFolder):
 
 class OneBuild(InFolder):
     def flags(self, script):
-        """How the core is compiled with the options of this script."""
+        """The compiler flags of the core with the options of this script."""
         with open(os.path.join(ROOT, script), encoding='utf-8') as file:
             options = re.search(r'\bbuild ((?:-D\S+[\s\\]*)+)', file.read()).group(1).replace("\\", "").split()
         subprocess.run(['cmake', '-S', ROOT, '-B', self.folder, *CONFIGURATION, *options],

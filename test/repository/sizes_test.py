@@ -53,7 +53,7 @@ def functions(text):
 
 
 def python_functions(text):
-    """The same in Python: by indentation."""
+    """The functions of a Python file, by indentation."""
     lines = text.split("\n")
     for i, line in enumerate(lines):
         head = re.match(r"( *)(?:async )?def ", line)

@@ -42,7 +42,7 @@ inline Eigen::Vector3d vectorOf(Random& random, double size) {
   return {random.between(-size, size), random.between(-size, size), random.between(-size, size)};
 }
 
-/// That of four masses somewhere.
+/// Returns the inertia tensor of four masses at random points.
 inline Eigen::Matrix3d inertiaOf(Random& random) {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
   for (int k = 0; k < 4; ++k) {

@@ -669,7 +669,7 @@ loads:
             (topic, message, received) for topic, messages in one.items() if not topic.endswith("commands_taken")
             for received, message in messages))
         self.assertIn("from tick 367 ", self.run_tool("--commands", self.path("lost.bag")).stdout)
-        # Of another scene, it is not expected.
+        # With another scene, the recorded motion is not expected.
         result = self.run_tool("--commands", self.path("lost.bag"), scene=SCENE.replace("mass: 1", "mass: 2", 1))
         self.assertEqual(result.returncode, 0, result.stdout)
 

@@ -14,10 +14,10 @@ import xml.etree.ElementTree
 import numpy as np
 import rosbag
 import rospy
-from planar_chain.msg import CommandTaken, SimStatus
+from planar_chain.msg import CommandTaken, JointTorque, SimStatus
 from sensor_msgs.msg import JointState
 
-from plot_tool import BIN, JOINTS, SCENE, SCENES, PlotTool, plot, plot_read, plot_runs, plot_strobe
+from plot_tool import BIN, JOINTS, SCENE, SCENES, Body, PlotTool, plot, plot_panels, plot_read, plot_runs
 
 
 class Plot(PlotTool):
@@ -57,16 +57,16 @@ class Plot(PlotTool):
     def test_every_panel_is_drawn_and_names_what_it_shows(self):
         bag, picture = self.path("run.bag"), self.path("run.svg")
         self.simulate("--bag", bag)
-        for more in ([], ["--dark"], ["--joints", "hand_pin"]):
+        for more in ([], ["--dark", "--panels", *plot.NAMES], ["--joints", "hand_pin"]):
             run = self.run_tool("plot", bag, "--output", picture, *more)
             self.assertEqual((run.returncode, run.stdout), (0, f"written to {picture}\n"), run.stderr)
             # Text is drawn as outlines; matplotlib notes it in comments.
             with open(picture, encoding="utf-8") as file:
                 text = file.read()
-            for label in ("angle q (rad)", "torque τ (N m)", "energy (J)", "energy imbalance", "T, kinetic", "V, potential", "(tolerances)",
-                          "phase portrait", "hand_pin"):
-                self.assertIn(label, text)
-            self.assertEqual("elbow_pin" in text, "--joints" not in more)
+            for label in ("angle q (rad)", "torque τ (N m)", "energy (J)", "T, kinetic", "V, potential", "phase portrait", "hand_pin"):
+                self.assertTrue(label in text, label)
+            for label, there in (("energy imbalance", "--panels" in more), ("(tolerances)", "--panels" in more), ("elbow_pin", "--joints" not in more)):
+                self.assertEqual(label in text, there, label)
             xml.etree.ElementTree.parse(picture)
 
     def test_an_encoder_is_nobodys_joint_states(self):
@@ -167,8 +167,10 @@ class Plot(PlotTool):
 
     def test_the_tip_does_not_move_in_a_pause(self):
         motion = plot.read_bag(self.interrupted(), None)
-        before, during, after = plot_strobe.at(motion, motion.q, [motion.t[99], motion.t[99] + 0.6, motion.t[100]])
-        self.assertEqual((before, during, after), (motion.q[99], motion.q[99], motion.q[100]))
+        joint = {"name": "a", "lower": None, "upper": None}
+        body = Body({"links": [{"name": "a", "pin": [1, 0], "com": [1, 0], "joint": joint}], "gravity": [0, 0]})
+        q = motion.track(body).at(np.array([motion.t[99], motion.t[99] + 0.6, motion.t[100]])).q
+        self.assertEqual(q.ravel().tolist(), motion.q[[99, 99, 100], 0].tolist())
 
     def test_formats_and_the_usual_name(self):
         table = self.path("run.csv")
@@ -196,11 +198,13 @@ class Plot(PlotTool):
         return motion
 
     def test_panels_show_what_there_is(self):
-        figure = plot.draw(self.turning(), [0], "turning", False)
+        usual = [axes.get_ylabel() for axes in plot.draw(self.turning(), [0], "", False).axes if axes.get_ylabel()]
+        self.assertEqual(usual, ["angle q (rad)", "rate q̇ (rad/s)", "energy (J)", "rate q̇ (rad/s)"])  # the last is the portrait's
+        figure = plot.draw(self.turning(), [0], "turning", False, plot.NAMES)
         figure.canvas.draw()
-        panels = {axes.get_ylabel().replace("\n", " "): axes for axes in figure.axes if axes.get_ylabel()}
-        self.assertEqual(list(panels), ["angle q (rad)", "rate q̇ (rad/s)", "energy (J)", "energy imbalance (1e-12 J)",
-                                        "error estimate (tolerances)"])
+        panels = {axes.get_ylabel().replace("\n", " "): axes for axes in reversed(figure.axes) if axes.get_ylabel()}
+        self.assertEqual(list(reversed(panels)), ["angle q (rad)", "energy (J)", "energy imbalance (1e-12 J)", "error estimate (tolerances)",
+                                                  "rate q̇ (rad/s)"])
         self.assertIn("torque τ (N m)", [axes.get_ylabel() for axes in plot.draw(self.turning(3.0), [0], "", False).axes])
         self.assertEqual([line.get_label() for line in panels["energy (J)"].lines], ["T, kinetic", "dissipated"])
         self.assertEqual([axes.yaxis.get_offset_text().get_text() for axes in panels.values()], [""] * 5)
@@ -210,7 +214,7 @@ class Plot(PlotTool):
         self.assertGreater(panels["error estimate (tolerances)"].get_ylim()[0], 1e-4)
         motion = self.turning()
         motion.error, motion.rounding = (motion.t, np.where(motion.t < 4, 1e-49, 1e-4)), 1e-7
-        low, high = next(axes for axes in plot.draw(motion, [0], "", False).axes if axes.get_ylabel().startswith("error")).get_ylim()
+        low, high = next(axes for axes in plot.draw(motion, [0], "", False, ["error"]).axes if axes.get_ylabel().startswith("error")).get_ylim()
         self.assertTrue(1e-8 < low < 1e-7 and 1e-4 < high < 1e-3, (low, high))
         # Numbers have the sign of minus that matplotlib gives to others.
         ticks = [label.get_text() for axes in panels.values() for label in axes.get_yticklabels()]
@@ -247,6 +251,84 @@ class Plot(PlotTool):
                             ("links/a/joint/rotor_inertia", ["kg m²", "kg", "kg m² or kg"]), ("links/a/inertia", ["kg m²"] * 3),
                             ("links/a/initial/velocity", ["rad/s", "m/s", "rad/s or m/s"]), ("links/a/initial/position", ["m"] * 3)):
             self.assertEqual([plot_runs.with_unit(path, links) for links in (["b"], ["a"], None)], [f"{path} ({unit})" for unit in units])
+
+    def test_no_more_than_six_panels_unless_asked_for(self):
+        for present, portraits, names, left_out in (
+                (["q", "rate", "torque", "energy", "imbalance"], 1, ["q", "rate", "torque", "energy", "phase"], []),
+                (["q", "q", "rate", "rate", "torque", "energy"], 2, ["q", "torque", "energy", "phase"], ["rate"]),
+                (["q", "q", "rate", "rate", "torque", "torque", "energy"], 2, ["q", "torque", "phase"], ["rate", "energy"])):
+            self.assertEqual(plot.usual(present, portraits), (names, left_out))
+
+    def test_numbers_at_axes_have_the_digits_that_tell_them_apart(self):
+        for locs, power, texts in (([1.3257e-5, 1.3258e-5, 1.3259e-5], -5, ["1.3257", "1.3258", "1.3259"]), ([0, 0.25, 0.5], 0, ["0.00", "0.25", "0.50"]),
+                                   ([-2e6, 0, 2e6], 6, ["\N{MINUS SIGN}2", "0", "2"]), ([3.0], 0, ["3"])):
+            formatter = plot_panels.Plain(power)
+            formatter.set_locs(locs)
+            self.assertEqual([formatter(x) for x in locs], texts)
+        motion = self.turning()
+        motion.q = 1.3257e-5 + 1e-7 * np.sin(motion.t)[:, np.newaxis]
+        figure = plot.draw(motion, [0], "", False)
+        figure.canvas.draw()
+        for axis in [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]:
+            self.assertEqual(axis.get_offset_text().get_text(), "")
+
+    def test_names_that_would_overlap_stand_above_one_another(self):
+        motion = self.turning()
+        motion.events = {50: "set_state", 51: "reset", 52: "pause", 90: "fault"}
+        figure = plot.draw(motion, [0, 0, 0], "", False)
+        figure.canvas.draw()
+        boxes = [text.get_window_extent() for axes in figure.axes for text in axes.texts]
+        self.assertEqual(len(boxes), 4)
+        boxes += [axes.get_legend().get_window_extent() for axes in figure.axes if axes.get_legend()] + [figure._suptitle.get_window_extent()]
+        for k, box in enumerate(boxes):
+            self.assertFalse(any(box.overlaps(other) for other in boxes[:k]), k)
+
+    def test_commands_references_and_sensors_stand_beside_the_states(self):
+        path = self.path("signals.bag")
+        with rosbag.Bag(path, "w") as bag:
+            def write(topic, message, stamp):
+                message.header.stamp = rospy.Time.from_sec(stamp)
+                bag.write(topic, message, message.header.stamp)
+
+            for tick in range(1, 101):
+                write("/joint_states", JointState(name=["a", "b"], position=[1, 2], velocity=[0, 0], effort=[0, 0]), 50 + 0.01 * tick)
+                if tick % 10 == 0:
+                    write("/planar_chain/status", SimStatus(tick=tick, tick_stamp=rospy.Time.from_sec(50 + 0.01 * tick), scene_time=0.01 * tick),
+                          50 + 0.01 * tick)
+                    write("/planar_chain/encoder", JointState(name=["b"], position=[tick]), 50 + 0.01 * tick)
+                    write("/wanted", JointState(name=["a", "elsewhere"], position=[0.5, 9], velocity=[3, 9]), 50 + 0.01 * tick)
+            for number, (tick, time, more) in enumerate((
+                    (11, 0.1, {"kind": CommandTaken.JOINT_TORQUES, "joint_torques": [2, 0]}),
+                    (21, 0.2, {"kind": CommandTaken.JOINT_TORQUE, "start": 0.3, "joint_torque": [JointTorque(joint="a", torque=5.0, duration=0.2)]}),
+                    (81, 0.8, {"kind": CommandTaken.CLEAR_COMMANDS}))):
+                bag.write("/planar_chain/commands_taken", CommandTaken(number=number, tick=tick, scene_time=time, **more), rospy.Time.from_sec(50 + time))
+        motion = plot.read_bag(path, None)
+        np.testing.assert_allclose(motion.scene_time, 0.01 * np.arange(1, 101), atol=1e-9)
+        found = {(each.kind, each.joint, each.panel): each for each in motion.signals}
+        self.assertEqual(set(found), {("command", "a", 3), ("sensor", "b", 1), ("reference", "a", 1), ("reference", "a", 2)})
+        self.assertEqual(found["sensor", "b", 1].values.tolist(), list(range(10, 101, 10)))
+        self.assertEqual(found["reference", "a", 2].values.tolist(), [3] * 10)
+        # Held from 0.1 s on (0.09 s after the first state), 5 N m more from 0.3 to 0.5 s, nothing from 0.8 s on.
+        command = found["command", "a", 3]
+        for t, torque in ((0.05, 0), (0.15, 2), (0.25, 2), (0.35, 7), (0.55, 2), (0.75, 2), (0.85, 0)):
+            self.assertAlmostEqual(np.interp(t, command.t, command.values), torque, msg=str(t))
+        figure = plot.draw(motion, [0, 1], "", False)
+        self.assertEqual([text.get_text() for text in figure.axes[-1].get_legend().get_texts()], ["a", "b", "command", "reference", "sensor"])
+        motion.cut(0.2, 0.4)
+        command = next(each for each in motion.signals if each.kind == "command")
+        self.assertEqual((command.t[0], command.values[0], len(motion.t), motion.signals[-1].t.max() <= 0.4), (0.2, 2.0, 21, True))
+
+    def test_from_and_to_cut_what_is_drawn(self):
+        motion = plot.read_bag(self.interrupted(), None)
+        motion.cut(0.5, 2.6)
+        self.assertEqual(motion.events, {50: "pause", 100: "reset"})
+        self.assertTrue(0.5 <= motion.t[0] and motion.t[-1] <= 2.6 and len(motion.q) == len(motion.t) and motion.energy[0][-1] <= 2.6)
+        table = self.path("short.csv")
+        with open(table, "w", encoding="utf-8") as file:
+            file.write("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0,0\n2,0,0,0\n")
+        self.assertEqual(self.run_tool("plot", table, "--from", "0.5").returncode, 0)
+        self.assertIn("--from and --to: expected two states of " + table + " or more between them, of 0 to 2 s, got 1.5 and 2 s",
+                      self.refused(table, "--from", "1.5"))
 
     def test_a_phase_portrait_wraps_what_passes_half_a_turn(self):
         phase = next(axes for axes in plot.draw(self.turning(), [0], "turning", False).axes if axes.get_title())
@@ -285,11 +367,18 @@ class Plot(PlotTool):
             return plot.Runs(["run", "links/a/mass", "loads/p/force/0", "t", "q_a", "qd_a", "reason"],
                              [[k, a, b, 1.0, a * b, 0.0, ""] for k, (a, b) in enumerate(x)])
         few, many = (plot.draw_runs(runs(count), [0], "", False, "b").axes for count in (100, 20000))
-        self.assertEqual([axes.get_xlabel() for axes in few], ["links/a/mass (kg)", "loads/p/force/0 (N)"])
-        self.assertEqual([len(axes.lines[0].get_xdata()) for axes in few], [100, 100])
+        # Points are coloured by the second number, above those over the second by the first.
+        self.assertEqual([axes.get_xlabel() for axes in few], ["links/a/mass (kg)", "loads/p/force/0 (N)", "loads/p/force/0 (N)", "links/a/mass (kg)"])
+        x, y = np.random.default_rng(1).normal(size=(100, 2)).T
+        for axes, other in zip(few, (y, x)):
+            np.testing.assert_array_equal(axes.collections[0].get_array(), other)
         cells = [axes.collections[0].get_array() for axes in many[:2]]
         self.assertEqual([each.sum() for each in cells], [20000, 20000])
         self.assertGreater(min(each.max() for each in cells), 50)
+        self.assertEqual([axes.get_xlabel() for axes in many[2:]], ["runs in a cell"] * 2)
+        # A grid has few values of each number: all its points are coloured.
+        grid = plot.Runs(["run", "a", "b", "t", "q_a", "qd_a", "reason"], [[k, k % 60, k // 60, 1.0, k, 0.0, ""] for k in range(3000)])
+        self.assertEqual([len(axes.collections[0].get_offsets()) for axes in plot.draw_runs(grid, [0], "", False, "b").axes[:2]], [3000, 3000])
 
     def test_refusals_say_what_was_expected_and_found(self):
         table = self.path("run.csv")

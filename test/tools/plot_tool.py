@@ -10,15 +10,20 @@ BIN = sys.argv.pop(1)
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../src/tools"))
 import chain  # noqa: E402
 import plot  # noqa: E402
+import plot_panels  # noqa: E402  pylint: disable=unused-import
 import plot_read  # noqa: E402  pylint: disable=unused-import
 import plot_runs  # noqa: E402  pylint: disable=unused-import
-import plot_strobe  # noqa: E402  pylint: disable=unused-import
-from chain import read_chain  # noqa: E402  pylint: disable=unused-import
+from chain import read_chain  # noqa: E402
+from drawing.body import Body  # noqa: E402
 
 chain.EQUATIONS = os.path.join(BIN, "equations")
 SCENES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../config/scenes")
 SCENE = os.path.join(SCENES, "triple.yaml")
 JOINTS = ["shoulder_pin", "elbow_pin", "hand_pin"]
+
+
+def body_of(scene):
+    return Body(read_chain(scene))
 
 
 class PlotTool(InFolder):

@@ -6,7 +6,7 @@ import importlib
 
 _HOMES = {"BadFit": "fitting.recordings", "Box": "environment", "Environment": "environment", "Fit": "fitting.fit",
           "Recording": "fitting.recordings", "fit": "fitting.fit", "NoFormula": "symbolic",
-          "formulas": "symbolic", "Modes": "modal", "modes": "modal", "state_space": "systems", **{name: "_core" for name in (
+          "formulas": "symbolic", "Modes": "modal", "modes": "modal", "state_space": "systems", "animate": "moving", **{name: "_core" for name in (
     "Energy", "EnergyBalance", "Failed", "Fault", "FrameMotion", "Measurement", "NotReached", "Refused", "Run", "Runs", "SavedState", "Scene", "Simulation", "Statistics", "equations",
     "equilibrium", "inverse_dynamics", "inverse_kinematics", "linearize", "simulate", "simulate_many")}}
 __all__ = list(_HOMES)

@@ -7,5 +7,6 @@ from .environment import Box as Box, Environment as Environment
 from .fitting.fit import Fit as Fit, fit as fit
 from .fitting.recordings import BadFit as BadFit, Recording as Recording
 from .modal import Modes as Modes, modes as modes
+from .moving import animate as animate
 from .symbolic import NoFormula as NoFormula, formulas as formulas
 from .systems import state_space as state_space

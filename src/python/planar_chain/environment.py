@@ -99,6 +99,7 @@ class Environment(Env):
         largest = np.array([np.inf] * m + [1.0] * 2 * (n - m) + [np.inf] * n)
         self.observation_space = Box(-largest, largest)
         self._steps = None  # before the first reset()
+        self._still, self._half = None, 0.0
 
     def __repr__(self):
         return f"<{type(self).__name__}, n = {len(self.scene)}, motors: {', '.join(self.scene.joints[k] for k in self._places)}>"
@@ -125,7 +126,7 @@ class Environment(Env):
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed, options=options)
-        self._steps = 0
+        self._steps, self._half = 0, 0.0
         self._simulation.reset()
         first = self.first_state(self.np_random)
         try:
@@ -157,18 +158,22 @@ class Environment(Env):
         return self._simulation.q, self._simulation.qd
 
     def render(self, size=400):  # pylint: disable=arguments-differ
-        """Returns the chain as size × size × 3 bytes, red, green, blue: the ground pin in the middle, y upwards. It
-        needs render_mode, and no matplotlib."""
+        """Returns the chain as size × size × 3 bytes, red, green, blue: the origin in the middle, y upwards. It shows as much as the
+        episode needed so far. It needs render_mode, and matplotlib."""
         if self.render_mode is None:
             raise ValueError(f'render: expected {type(self).__name__}(…, render_mode="rgb_array"), got one without a render_mode')
-        motions, pins = self._simulation.link_motions(), self.scene.pins
-        angle = motions["angle"][-1]
-        tip = motions["inner_pin"][-1] + [np.cos(angle) * pins[-1, 0] - np.sin(angle) * pins[-1, 1],
-                                          np.sin(angle) * pins[-1, 0] + np.cos(angle) * pins[-1, 1]]
-        points = np.vstack([motions["inner_pin"], tip])
-        displaced = abs(self._simulation.q[self._prismatic & np.logical_or.accumulate(~self._prismatic)])
-        reach = np.hypot(*pins.T).sum() + displaced.sum() or 1.0
-        return _drawn((points - points[0]) / reach, size)
+        # pylint: disable=import-outside-toplevel  # who learns without pictures needs no matplotlib
+        from planar_chain.described import described
+        from planar_chain.drawing.body import Body, Places, base_under
+        from planar_chain.drawing.still import Still
+        if self._still is None or self._still.size != size:
+            self._still = Still(size)
+            self._body = Body(described(self.scene))
+        motions, q = self._simulation.link_motions(), self._simulation.q[np.newaxis]
+        first = np.array([[*motions["inner_pin"][0], motions["angle"][0]]])
+        places = Places(self._body, base_under(self._body, first, 0, q), q, np.array([self._simulation.time]))
+        picture, self._half = self._still.draw(places, max(self._half, self._body.reach))
+        return picture
 
     def close(self):
         pass
@@ -182,18 +187,3 @@ def _finite(reward):
     if not np.isfinite(number):
         raise ValueError(f"reward: expected a finite number, got {reward!r}")
     return number
-
-
-def _drawn(points, size):
-    """A picture of the line through points, at most 1 from the origin, which is its middle."""
-    across = np.linspace(-1.1, 1.1, size)
-    x, y = np.meshgrid(across, -across)
-    distance = np.full((size, size), np.inf)
-    for (x0, y0), (dx, dy) in zip(points, np.diff(points, axis=0)):
-        share = np.clip(((x - x0) * dx + (y - y0) * dy) / max(dx * dx + dy * dy, 1e-300), 0, 1)
-        distance = np.minimum(distance, np.hypot(x - x0 - share * dx, y - y0 - share * dy))
-    picture = np.full((size, size, 3), 255, np.uint8)
-    picture[distance < 0.02] = (0, 114, 178)
-    for px, py in points:
-        picture[np.hypot(x - px, y - py) < 0.035] = (60, 60, 60)
-    return picture

@@ -10,7 +10,8 @@ import warnings
 
 import numpy as np
 
-from planar_chain import Refused, equations, equilibrium, inverse_dynamics, linearize
+from planar_chain import Refused, equations, equilibrium, inverse_dynamics
+from planar_chain._core import _operating_point
 
 NEAR = 1e-5       # rad, m: a pose may be so far from its equilibrium
 STARTS = 1e-10    # rad/s², m/s²: or begin to move with so much
@@ -20,7 +21,7 @@ FEW = 12          # joints whose shapes are printed
 
 
 class Modes:
-    """q            the equilibrium, n: rad, m
+    """q, tau       the equilibrium, n: rad, m; the torques that hold it beside all else, n, N m
     frequencies  |s|/2π of each mode, k, in rising order, Hz
     damping      −Re s/|s|, the damping ratios, k. Below 0: the mode grows
     shapes       n × k: relative q of all joints, rad or m; the largest is 1. Complex if joints swing out of phase
@@ -29,9 +30,9 @@ class Modes:
     poles        s, k, 1/s. Of a pair only that with Im s > 0
     joints       names of the n joints"""
 
-    def __init__(self, q, joints, poles, shapes, is_damped):
+    def __init__(self, q, tau, joints, poles, shapes, is_damped):
         order = np.argsort(abs(poles), kind="stable")
-        self.q, self.joints, self.poles = q, joints, poles[order]
+        self.q, self.tau, self.joints, self.poles = q, tau, joints, poles[order]
         size = abs(self.poles)
         self.frequencies = size / (2 * np.pi)
         self.damping = -self.poles.real / np.where(size == 0, 1, size) + 0.0
@@ -57,22 +58,28 @@ def shown(x):
     return f"{x.real:.3g}" if abs(x.imag) < 0.01 * max(abs(x), 0.01) else f"{abs(x):.3g} at {np.degrees(np.angle(x)):.0f}°"
 
 
-def modes(scene, q=None, t=0.0):
+def modes(scene, q=None, t=0.0, tau=None, friction="acts"):
     """Returns the Modes at the equilibrium q (rad, m), by default that of equilibrium(), with loads, drives and base as at time t (s).
-    What drives, friction or the tip hold does not move. Raises ValueError for a pose that is no equilibrium."""
-    q = equilibrium(scene, t=t) if q is None else np.array(q, dtype=float)
+
+    tau: torques that act there beside all else, n, N m; "holding": those that hold q. With them, q is by default that of the first state.
+    friction="slips": joints slip, without friction. Otherwise what friction holds does not move, nor what drives or the tip hold.
+    Lags of motors are left out: each adds the mode −1/T alone. Raises ValueError for a pose that is no equilibrium."""
+    q = (equilibrium(scene, t=t) if tau is None else None) if q is None else np.array(q, dtype=float)
     rest = np.zeros(len(scene))
     try:
         at = equations(scene, q, rest, t)
         q = at["q"]  # to which a closed chain is moved
-        with warnings.catch_warnings():  # what is no equilibrium, or stuck, is told here
-            warnings.simplefilter("ignore")
-            A, B = linearize(scene, q, rest, t=t)
-        torques = inverse_dynamics(scene, rest, q, rest, t)
+        with warnings.catch_warnings(record=True) as notes:
+            warnings.simplefilter("always")
+            (A, B), tau, _ = _operating_point(scene, q, rest, tau, friction, t, False)
+        torques = inverse_dynamics(scene, rest, q, rest, t) - tau
     except Refused as refused:
         if not str(refused).startswith("qd"):
             raise
         raise ValueError(f"expected drives, base and tip at rest at t = {t:g} s, got a motion ({refused})") from None
+    for note in notes:
+        if str(note.message).startswith("tau"):  # the others are on what has no mode, or is refused below
+            warnings.warn(note.message, stacklevel=2)
     n = len(scene)
     K, D, B = -at["M"] @ A[n:, :n], -at["M"] @ A[n:, n:], B[n:]
     N = motions_left(B, at.get("J_c", np.zeros((0, n))))
@@ -82,7 +89,7 @@ def modes(scene, q=None, t=0.0):
     K, D = N.T @ K @ N, N.T @ D @ N
     require_equilibrium(scene, N, N.T @ at["M"] @ N, K, N.T @ torques)
     poles, y, is_damped = poles_of(L.T @ K @ L, L.T @ D @ L)
-    return Modes(q, scene.joints, poles, N @ L @ y, is_damped)
+    return Modes(q, tau, scene.joints, poles, N @ L @ y, is_damped)
 
 
 def motions_left(B, held):

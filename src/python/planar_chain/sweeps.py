@@ -195,7 +195,7 @@ class Sweep:
         raise BadSweep(f"--output: expected a file that no other sweep writes, got {self.outputs[0]}")
 
     def _enter(self, overwrite):
-        """What an interrupted sweep left behind is taken up if it is the same sweep."""
+        """Takes up the results of an interrupted sweep if it is the same sweep."""
         about = {"scene": self.scene.to_dict(), "paths": self.paths, "times": list(self.times), "chunk": self.chunk,
                  "runs": len(self.values), "values": hashlib.sha256(self.values.tobytes()).hexdigest(),
                  "plain_kernel": os.environ.get("PLANAR_CHAIN_PLAIN_KERNEL") == "1"}
@@ -226,11 +226,11 @@ class Sweep:
                 file.write(json.dumps(about).encode())
 
     def _holds(self, start):
-        """What a chunk says of itself, so that none stands for another."""
+        """The identity of a chunk, which its file states, so that none stands for another."""
         return f"runs {start} to {min(start + self.chunk, len(self.values)) - 1} of the sweep {self._mark}"
 
     def _take(self, path, is_own, overwrite):
-        """By its partial file, which keeps other sweeps off until this one ends."""
+        """Takes an output by its partial file, which keeps other sweeps off until this one ends."""
         try:
             taken = open(partial_of(path), "ab")  # pylint: disable=consider-using-with
             fcntl.flock(taken, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -309,7 +309,7 @@ class Sweep:
 
 
 def run_here(sweep):
-    """On all cores. Yields the number of runs after each chunk."""
+    """Runs a sweep on all cores. Yields the number of runs after each chunk."""
     for start in sweep.missing():
         values = sweep.arguments(start)
         sweep.keep(start, run_chunk(*values, threads=0))
@@ -317,7 +317,7 @@ def run_here(sweep):
 
 
 def run_there(sweep, address):
-    """On the workers of a Dask scheduler, which gives the work of one that dies to others. Yields as run_here()."""
+    """Runs a sweep on the workers of a Dask scheduler, which gives the work of one that dies to others. Yields as run_here()."""
     for start, result in results_there(sweep, address):
         sweep.keep(start, result)
         yield len(result[1])

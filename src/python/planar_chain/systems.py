@@ -1,18 +1,24 @@
 """A, B, C, D of a chain with inputs and outputs by name: state_space().
 
-Outputs are functions of the base's displacement and q, z = (x, y, φ, q), and of ż and z̈. Their gradients are complex steps, exact to
-rounding, all directions at once. What acts is brought to the joints by Jacobians: a force F at P is J_Pᵀ F; a base that
-accelerates acts on the links with −m a at their centres of mass, and −I α."""
+Outputs are functions of the base's displacement and q, z = (x, y, φ, q), and of ż and z̈. A small change of z_j turns all outer links
+about a pin O, or shifts them along an axis d. So the point P of an outer link has ∂P/∂z_j = G = k̂ × (P − O) or d, and as this holds at all times
+
+    ∂Ṗ/∂z_j = Ġ        ∂P̈/∂z_j = G̈        ∂P̈/∂ż_j = 2 Ġ        ∂Ṗ/∂ż_j = ∂P̈/∂z̈_j = G
+
+What acts is brought to the joints by Jacobians: a force F at P is J_Pᵀ F; a base that accelerates acts on the links with −m a at
+their centres of mass, and −I α."""
 
 import difflib
 import functools
+import math
+import warnings
 
 import numpy as np
 
-from planar_chain import equations, linearize
+from planar_chain import equations
+from planar_chain._core import _operating_point
 from planar_chain.user_input import read_number
 
-STEP = 1e-30   # of complex steps
 BASE = "x", "y", "angle"
 FORCES = "force_x", "force_y", "moment"
 OF_JOINTS = "position", "velocity", "acceleration"
@@ -22,19 +28,21 @@ PIN_FORCES = "pin_force_x", "pin_force_y"
 OF_IMUS = "gyro", "accelerometer_x", "accelerometer_y"
 
 
-def state_space(scene, inputs, outputs, q=None, qd=None, t=0.0):
+def state_space(scene, inputs, outputs, q=None, qd=None, t=0.0, tau=None, friction="acts", motors=False):
     """Returns A, B, C, D of ẋ = A x + B u, y = C x + D u near a state: arrays as scipy.signal and python-control take them.
 
-    x = (δq, δq̇), then for each base input the displacement of the base and its rate. Default state: as of linearize().
+    q, qd, t, tau, friction, motors: as of linearize(). Torques tau, n or "holding", act at the state.
+    x = (δq, δq̇), with motors=True the torques that lag, then for each base input the displacement of the base and its rate.
 
-    inputs     "JOINT": torque, N m (prismatic: N). "LINK/force_x", "LINK/force_y", "LINK/moment": on a link, N, N m.
+    inputs     "JOINT": torque, N m (prismatic: N); with motors=True the commanded one. "LINK/force_x", "LINK/force_y", "LINK/moment": on a link, N, N m.
                "base/x", "base/y", "base/angle": acceleration of the base, m/s², rad/s²
     outputs    "JOINT/position", "…/velocity", "…/acceleration". "LINK/x", "…/y", "…/angle", "…/velocity_x", "…/velocity_y", "…/rate",
                "…/acceleration_x", "…/acceleration_y": against the ground. "LINK/pin_force_x", "…_y": on the link at its inner pin.
                "SENSOR/JOINT" of an encoder; "SENSOR/gyro", "…/accelerometer_x", "…/accelerometer_y", without delays and errors
 
-    A LINK's point is its centre of mass. "LINK,0.4,0" is another one, in the axes of the link; "tip" the outer pin of the last link."""
-    plant = Plant(scene, q, qd, t)
+    A LINK's point is its centre of mass. "LINK,0.4,0" is another one, in the axes of the link; "tip" the outer pin of the last link. A frame
+    of the scene stands for its point."""
+    plant = Plant(scene, q, qd, t, tau, friction, motors)
     return plant.system([plant.input(f"inputs/{k}", name) for k, name in enumerate(names_of("inputs", inputs))],
                         [plant.output(f"outputs/{k}", name) for k, name in enumerate(names_of("outputs", outputs))])
 
@@ -61,87 +69,95 @@ def close_to(name, known):
 # ---- Motions: of each quantity the value, first and second derivative ----------------------------
 
 
-def turned(angle, vector):
-    """A vector that turns with an angle. angle: 3 × directions; returns 3 × directions × 2."""
-    theta, omega, alpha = (part[..., np.newaxis] for part in angle)
-    x, y = vector
-    c, s = np.cos(theta[..., 0]), np.sin(theta[..., 0])
-    along = np.stack([c * x - s * y, s * x + c * y], axis=-1)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    return np.stack([along, omega * across, alpha * across - omega ** 2 * along])
+def across(vectors):
+    """k̂ × v"""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 
 def times(s, d):
-    """s d with its derivatives."""
-    s = s[..., np.newaxis]
-    return np.stack([s[0] * d[0], s[1] * d[0] + s[0] * d[1], s[2] * d[0] + 2 * s[1] * d[1] + s[0] * d[2]])
-
-
-def link_frames(scene, z):
-    """Yields origin and angle of each link. z: 3 × directions × (3 + n)."""
-    place, angle = z[..., :2], z[..., 2]
-    for i, (is_prismatic, axis, pin) in enumerate(zip(scene.prismatic, scene.axes, scene.pins), 3):
-        if is_prismatic:
-            place = place + times(z[..., i], turned(angle, axis))
-        else:
-            angle = angle + z[..., i]
-        yield place, angle
-        place = place + turned(angle, pin)
+    """s d with its derivatives. s: 3; d: 3 × 2."""
+    return np.array([s[0] * d[0], s[1] * d[0] + s[0] * d[1], s[2] * d[0] + 2 * s[1] * d[1] + s[0] * d[2]])
 
 
 class Plant:
     """A scene near a state. Gradients of a quantity have rows for z, ż and z̈: 3 × (3 + n)."""
 
-    def __init__(self, scene, q, qd, t):
+    def __init__(self, scene, q, qd, t, tau, friction, motors):
         self.scene, self.n, self.tree = scene, len(scene), scene.to_dict()
         at = equations(scene, q, qd, t)
-        A, B = linearize(scene, at["q"], at["qd"], t=t)
-        self.A, self.B = A[self.n:], B[self.n:]  # of q̈
-        rotation = at["S"][0]
-        base_angle = np.arctan2(rotation[0, 1], rotation[0, 0]) - (0 if scene.prismatic[0] else at["q"][0])
-        z = np.array([[0, 0, base_angle, *at["q"]], [0, 0, 0, *at["qd"]], [0, 0, 0, *at["qdd"]]])
-        steps = np.eye(z.size).reshape(z.size, *z.shape).swapaxes(0, 1)
-        self.frames = list(link_frames(scene, z[:, np.newaxis] + 1j * STEP * steps))
+        (A, B), _, qdd = _operating_point(scene, at["q"], at["qd"], tau, friction, t, motors)
+        self.A, self.commanded = A[self.n:], B[self.n:]  # of q̈, and of torques that lag
+        self.acting = self.commanded                     # by torques that act
+        if motors:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                (_, B), *_ = _operating_point(scene, at["q"], at["qd"], tau, friction, t, False)
+            self.acting = np.zeros_like(self.commanded)
+            self.acting[:self.n] = B[self.n:]
+        self.state = {"q": at["q"], "qd": at["qd"], "qdd": qdd, "t": t}
+        self.ways = self._ways()
 
-    def gradient(self, values):
-        return (np.imag(values) / STEP).reshape(3, self.n + 3)
+    def _ways(self):
+        """Of the base's angle and each joint: the first link that it moves; O or None; d or None."""
+        origins = [self.motion(i, [0, 0])[..., :2] for i in range(self.n)]
+        ways = []
+        for i, (is_prismatic, axis) in enumerate(zip(self.scene.prismatic, self.scene.axes)):
+            along = self.motion(i, axis)[..., :2] - origins[i]
+            ways.append((i, None, along) if is_prismatic else (i, origins[i], None))
+        q = [self.state[name][0] for name in ("q", "qd", "qdd")]
+        ground = origins[0] - (times(q, ways[0][2]) if self.scene.prismatic[0] else 0)
+        return [(0, ground, None), *ways]
 
-    def at(self, link, point):
-        """x, y and angle of a point: 3 × directions × 3."""
-        place, angle = self.frames[link]
-        return np.concatenate([place + turned(angle, point), angle[..., np.newaxis]], axis=-1)
+    def motion(self, link, point=None):
+        """x, y and angle of a point or a frame: 3 × 3."""
+        of = self.scene.motion(link, point, **self.state)
+        return np.array([[*of.position, of.angle], [*of.velocity, of.rate], [*of.acceleration, of.angular_acceleration]])
 
-    def jacobian(self, link, point):
-        """Of x, y, angle: 3 × (3 + n)."""
-        return np.array([self.gradient(values)[0] for values in self.at(link, point)[0].T])
+    def at(self, link, *place):
+        """The motion of a point of a link or of a frame on it; and its G of x, y, angle, with derivatives: 3 × 3 × (3 + n)."""
+        motion = self.motion(*(place or (link,)))
+        G = np.zeros((3, 3, self.n + 3))
+        G[0, 0, 0] = G[0, 1, 1] = 1
+        for j, (first, origin, along) in enumerate(self.ways, 2):
+            if first <= link:
+                G[:, :2, j] = across(motion[:, :2] - origin) if along is None else along
+                G[0, 2, j] = along is None
+        return motion, G
+
+    @staticmethod
+    def gradient(G, order, axis):
+        """Of a derivative of x, y or angle."""
+        return np.array([math.comb(order, k) * G[order - k, axis] if k <= order else 0 * G[0, axis] for k in range(3)])
 
     @functools.cached_property
     def inertia(self):
         """Of each link: m, m and I; the gradients of its acceleration, x, y, angle."""
-        return [(np.array([m, m, I]), np.array([self.gradient(values) for values in self.at(link, com)[2].T]))
+        return [(np.array([m, m, I]), np.array([self.gradient(self.at(link, link, com)[1], 2, axis) for axis in range(3)]))
                 for link, (m, I, com) in enumerate(zip(self.scene.masses, self.scene.inertias, self.scene.coms))]
 
     # ---- Names
 
     def point(self, path, name):
-        """Link and point of "LINK", "LINK,x,y" or "tip"."""
+        """Link and place, as of at(), of "LINK", "LINK,x,y", a frame or "tip"."""
         link, *given = name.split(",")
-        links = self.scene.links
+        links, frames = self.scene.links, self.tree.get("frames", {})
+        if name in frames:
+            return links.index(frames[name]["link"]), name
         if name == "tip" and name not in links:
-            return self.n - 1, self.scene.pins[-1]
+            return self.n - 1, name
         if link not in links:
-            raise ValueError(f"{path}: expected a name of {listed([*links, *self.scene.joints, *self.sensors, 'tip'])}, got {link!r}"
-                             + close_to(link, [*links, *self.scene.joints, *self.sensors]))
+            known = [*links, *self.scene.joints, *self.sensors, *frames]
+            raise ValueError(f"{path}: expected a name of {listed([*known, 'tip'])}, got {link!r}" + close_to(link, known))
         k = links.index(link)
         if not given:
-            return k, self.scene.coms[k]
+            return k, k, self.scene.coms[k]
         try:
             point = [read_number(number) for number in given]
         except ValueError:
             point = []
         if len(point) != 2 or not np.isfinite(point).all():
             raise ValueError(f'{path}: expected a point as in "{link},0.4,0", got {name!r}')
-        return k, point
+        return k, k, point
 
     @property
     def sensors(self):
@@ -160,21 +176,22 @@ class Plant:
             raise ValueError(f"{path}: expected none beside {' and '.join(sorted(there))} of the scene, got one")
 
     def input(self, path, name):
-        """What a unit of it adds to the torques, n; its base coordinate or None; (link, x, y) of its force or None."""
+        """What a unit of it adds to q̈, and to the rates of torques that lag; its base coordinate or None; (link, x, y) of its force or
+        None."""
         if name in self.scene.joints:
-            return np.eye(self.n)[self.scene.joints.index(name)], None, None
+            return self.commanded[:, self.scene.joints.index(name)], None, None
         thing, _, what = name.rpartition("/")
         if thing == "base" and what in BASE:
             axis = BASE.index(what)
             self.refuse_beside(path, ["base", "drag", "springs", "tip"] + ["loads"] * (axis == 2))
-            return self.carried(2, axis), axis, None
+            return self.acting @ self.carried(2, axis), axis, None
         if what not in FORCES:
             known = [*self.scene.joints, *("base/" + axis for axis in BASE)]
             raise ValueError(f"{path}: expected a joint, base/x, base/y, base/angle, or a link with /force_x, /force_y or /moment, "
                              f"got {name!r}{close_to(name, known)}")
-        link, point = self.point(path, thing)
+        link, *place = self.point(path, thing)
         axis = FORCES.index(what)
-        return self.jacobian(link, point)[axis, 3:], None, (link, *np.eye(3)[axis, :2])
+        return self.acting @ self.at(link, *place)[1][0, axis, 3:], None, (link, *np.eye(3)[axis, :2])
 
     def output(self, path, name):
         """Its gradients, and the link whose pin force it is or None, with the axis."""
@@ -189,10 +206,9 @@ class Plant:
             raise ValueError(f"{path}: expected NAME/ and one of {', '.join((*OF_JOINTS, *OF_POINTS, *PIN_FORCES))}, got {name!r}"
                              + close_to(what, [*OF_JOINTS, *OF_POINTS, *PIN_FORCES]))
         self.refuse_beside(path, ["base"])
-        link, point = self.point(path, thing)
+        link, *place = self.point(path, thing)
         if what in OF_POINTS:
-            order, axis = OF_POINTS[what]
-            return self.gradient(self.at(link, point)[order, :, axis]), None
+            return self.gradient(self.at(link, *place)[1], *OF_POINTS[what]), None
         self.refuse_beside(path, ["drag", "springs", "tip"])
         axis = PIN_FORCES.index(what)
         return sum(I[axis] * a[axis] for I, a in self.inertia[link:]), (link, axis)
@@ -206,37 +222,37 @@ class Plant:
         if "link" not in about or what not in OF_IMUS:
             raise ValueError(f"{path}: expected {sensor}/ and one of {listed(OF_IMUS if 'link' in about else joints)}, got {name!r}")
         self.refuse_beside(path, ["base"])
-        at = self.at(self.scene.links.index(about["link"]), about.get("point", (0, 0)))
+        link = self.scene.links.index(about["link"])
+        motion, G = self.at(link, link, about.get("point", (0, 0)))
         if what == "gyro":
-            return self.gradient(at[1, :, 2])
-        angle = at[0, :, 2] + about.get("angle", 0.0)
-        axes = {"accelerometer_x": (np.cos(angle), np.sin(angle)), "accelerometer_y": (-np.sin(angle), np.cos(angle))}
-        return self.gradient(sum((at[2, :, k] - self.scene.gravity[k]) * axes[what][k] for k in range(2)))
+            return self.gradient(G, 1, 2)
+        angle = motion[0, 2] + about.get("angle", 0.0)
+        axis = np.array([np.cos(angle), np.sin(angle)])
+        axis = axis if what == "accelerometer_x" else across(axis)
+        force = motion[2, :2] - self.scene.gravity  # per mass
+        return sum(axis[k] * self.gradient(G, 2, k) for k in range(2)) + across(axis) @ force * self.gradient(G, 0, 2)
 
     # ---- The system
 
     def system(self, inputs, outputs):
         """A, B, C, D of what input() and output() return."""
-        n = self.n
+        n, m = self.n, self.n + len(self.A)
         bases = [axis for _, axis, _ in inputs if axis is not None]
-        size = 2 * n + 2 * len(bases)
+        moved, size = m + len(bases), m + 2 * len(bases)
         # z, ż and z̈ of x and of u.
         of_x, of_u = np.zeros((3, n + 3, size)), np.zeros((3, n + 3, len(inputs)))
-        of_x[0, 3:, :n] = of_x[1, 3:, n:2 * n] = np.eye(n)
-        of_x[2, 3:, :2 * n] = self.A
-        for k, axis in enumerate(bases):
-            of_x[0, axis, 2 * n + k] = of_x[1, axis, 2 * n + len(bases) + k] = 1
-            of_x[2, 3:, 2 * n + k] = self.B @ self.weight(axis)
-            of_x[2, 3:, 2 * n + len(bases) + k] = self.B @ self.carried(1, axis)
-        for k, (torques, axis, _) in enumerate(inputs):
-            of_u[2, 3:, k] = self.B @ torques
-            if axis is not None:
-                of_u[2, axis, k] = 1
         A, B = np.zeros((size, size)), np.zeros((size, len(inputs)))
-        A[:n], A[n:2 * n], B[n:2 * n] = of_x[1, 3:], of_x[2, 3:], of_u[2, 3:]
+        A[:n, n:2 * n] = np.eye(n)
+        A[n:m, :m] = self.A
         for k, axis in enumerate(bases):
-            A[2 * n + k] = of_x[1, axis]
-            B[2 * n + len(bases) + k] = of_u[2, axis]
+            of_x[0, axis, m + k] = of_x[1, axis, moved + k] = A[m + k, moved + k] = 1
+            A[n:m, m + k], A[n:m, moved + k] = self.acting @ self.weight(axis), self.acting @ self.carried(1, axis)
+        for k, (column, axis, _) in enumerate(inputs):
+            B[n:m, k] = column
+            if axis is not None:
+                of_u[2, axis, k] = B[moved + bases.index(axis), k] = 1
+        of_x[0, 3:, :n] = of_x[1, 3:, n:2 * n] = np.eye(n)
+        of_x[2, 3:], of_u[2, 3:] = A[n:2 * n], B[n:2 * n]
         C = np.array([np.tensordot(gradient, of_x) for gradient, _ in outputs]).reshape(len(outputs), size)
         D = np.array([np.tensordot(gradient, of_u) for gradient, _ in outputs]).reshape(len(outputs), len(inputs))
         for i, (_, pin) in enumerate(outputs):

@@ -30,6 +30,11 @@ def read_numbers(option, text, refused):
         raise refused(f"{option}: expected numbers with commas between, got {text!r}") from None
 
 
+def read_torques(option, text, refused):
+    """As linearize() takes them: "holding", the numbers between commas, or None."""
+    return text if text == "holding" else read_numbers(option, text, refused)
+
+
 def require_moving(path, refused):
     """Raises `refused` for the path of a number that acts on no motion of a run without commands."""
     if STILL.fullmatch(path):

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-/// What an expert would write for one chain, in absolute angles: the double pendulum's closed form, and the
-/// mass matrix with Cholesky's decomposition.
+/// The equations that an expert would write for one chain, in absolute angles: the double pendulum's closed
+/// form, and the mass matrix with Cholesky's decomposition.
 
 namespace planar_chain::benchmarks {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What an expert would write for a chain without springs, dampers and loads.
+/// The equations that an expert would write for a chain without springs, dampers and loads.
 
 #include <Eigen/Dense>
 #include <memory>
@@ -22,7 +22,7 @@ class InAbsoluteAngles : public Peer {
     }
   }
 
-  /// The same in absolute angles: n values each.
+  /// Sets absolute angles and rates, n values each.
   void place(const double* theta, const double* omega) {
     theta_ = Eigen::Map<const Eigen::ArrayXd>(theta, n_);
     omega_ = Eigen::Map<const Eigen::ArrayXd>(omega, n_);

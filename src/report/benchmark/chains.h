@@ -20,7 +20,8 @@ struct Posture {
   std::vector<double> q, qd;
 };
 
-/// θ_i anywhere within 0.1 rad of a line, or anywhere at all; ω_i within ±1 rad/s. The same at every call.
+/// θ_i anywhere within 0.1 rad of a line, or anywhere at all; ω_i within ±1 rad/s. Every call
+/// returns the same values.
 Posture nearlyStraight(int n);
 Posture crooked(int n);
 

@@ -32,7 +32,7 @@ std::vector<double> accelerations(const PeerKind& kind, const Posture& posture) 
   return qdd;
 }
 
-/// Of two vectors, in units of the second one's largest number.
+/// The largest difference of two vectors, in units of the second one's largest number.
 double difference(const std::vector<double>& a, const std::vector<double>& b) {
   double largest = 0, worst = 0;
   for (std::size_t i = 0; i < b.size(); ++i) {

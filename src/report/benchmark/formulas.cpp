@@ -48,7 +48,7 @@ Chain rods() {
 }  // namespace
 
 int main() {
-  // The same states, in relative angles for C and in absolute ones for the kernel.
+  // Each state in relative angles for C, and in absolute ones for the kernel.
   std::mt19937 random(1);
   std::uniform_real_distribution<double> any(-3, 3);
   std::array<std::array<double, 2 * n>, states> relative{}, absolute{}, found{}, known{};

@@ -31,7 +31,7 @@ struct PeerKind {
   std::unique_ptr<Peer> (*make)(const Chain&);
 };
 
-/// Those that this benchmark is built with; this program first.
+/// Returns the programs that this benchmark is built with; this program first.
 const std::vector<PeerKind>& peers();
 
 /// q̈_i = α_i − α_{i−1}

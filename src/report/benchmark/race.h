@@ -33,7 +33,7 @@ struct Team {
   std::vector<Contestant> contestants;
 };
 
-/// Those that this program is built with.
+/// Returns the teams that this program is built with.
 const std::vector<Team>& teams();
 
 // Each in a file of its own.

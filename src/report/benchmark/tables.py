@@ -95,7 +95,7 @@ def evaluations(results):
         table(f'Evaluation of q̈, {shape} chain, ns a link:', ['n'] + kinds,
               [[f'{n:,}'] + [number(results.per_link(f'{group}/{kind}', n)) for kind in kinds] for n in sizes])
         others = [kind for kind in kinds if kind != OURS]
-        table(f'The same as multiples of {OURS}\'s:', ['n'] + others,
+        table(f'Evaluation of q̈, {shape} chain, as multiples of {OURS}\'s:', ['n'] + others,
               [[f'{n:,}'] + [number(ratio(results.per_link(f'{group}/{kind}', n), ours[n])) for kind in others]
                for n in sizes])
         table('Largest difference of q̈, of the largest q̈:', ['n'] + others,

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What the child process that reads a bag sends: the commands or, if they are refused, why.
+/// The answer of the child process that reads a bag: the commands or, if they are refused, the reason.
 
 #include <ros/serialization.h>
 

@@ -156,7 +156,7 @@ struct AtStamp {
   bool isOnly = true;
 };
 
-/// The ticks that ~status tells.
+/// The ticks that ~status has.
 struct Statuses {
   std::map<ros::Time, AtStamp> ticks;
   std::uint64_t last = 0;

@@ -16,7 +16,7 @@ struct RecordedCommands {
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
   std::uint64_t lastTick = 0;          ///< of the states and commands; 0 without states
   std::string scene;                   ///< its text; empty if the bag has none
-  /// The ticks of the states, in their order, as far as ~status tells them; and digestOf() each state.
+  /// The ticks of the states, in their order, as far as ~status has them; and digestOf() each state.
   std::vector<std::uint64_t> ticks, digests;
 };
 
@@ -33,8 +33,8 @@ std::uint64_t digestOf(const std::vector<double>& q, const std::vector<double>& 
 RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
                               bool needsEnd);
 
-/// Where two scenes differ first, with both values, apart from what is published or measured; empty if
-/// nowhere. Both are texts. A text that spells a number equals the number.
+/// Returns the first difference of two scenes, with both values, apart from publishing and sensors; empty if
+/// there is none. Both are texts. A text that spells a number equals the number.
 std::string differenceOfScenes(const std::string& recorded, const std::string& present);
 
 }  // namespace planar_chain

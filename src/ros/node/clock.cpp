@@ -175,7 +175,7 @@ class OwnClock : public Clock {
   rosgraph_msgs::Clock published_;
 };
 
-/// The same as fast as possible: the next tick is always due.
+/// A /clock of this node that runs as fast as possible: the next tick is always due.
 class FreeClock : public OwnClock {
  public:
   explicit FreeClock(double rate)

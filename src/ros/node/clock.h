@@ -68,7 +68,7 @@ class Clock {
   virtual std::string whyLate() const { return "simulation time cannot keep up with " + name_; }
   /// Restarts the stamps: tick `next` has this one, in ns.
   void beginAt(long long next, std::int64_t stamp);
-  /// The same at the present reading, after a jump of the clock.
+  /// Restarts the stamps at the present reading, after a jump of the clock.
   void restart(long long next);
 
   const double speed_;

@@ -62,8 +62,8 @@ class Commands {
   void listen(ros::NodeHandle node);
   /// Takes the messages that have arrived, in their order.
   void serve();
-  /// The same between two ticks. If commands are recorded, takes no more of them than rosbag can: others
-  /// wait.
+  /// As serve(), between two ticks. While commands are recorded, it takes no more than rosbag can record. The
+  /// others wait.
   void serveAtItsPace();
   /// True if messages wait, outside ticks too.
   bool haveWaiting() const { return !waiting_.empty(); }
@@ -81,8 +81,7 @@ class Commands {
   /// Takes an input before the next tick. Its number, tick and scene time are set here.
   /// @returns why it is refused; empty: it is accepted
   std::string take(CommandTaken input);
-  /// The same, and returns the same. A refusal is counted in the status, and a throttled warning gives the
-  /// reason.
+  /// As take(). A refusal is also counted in the status, and a throttled warning gives the reason.
   std::string takeOrWarn(const CommandTaken& input);
   /// Counts a refusal and gives its reason, as takeOrWarn().
   void refuse(const std::string& reason);

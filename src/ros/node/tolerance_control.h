@@ -55,8 +55,8 @@ class ToleranceControl {
   double sinceTaken_ = longest;  ///< s since the tolerance was last taken back
 };
 
-/// What would keep ticks of `period` s of wall time in time, if their load is above 1. steps: of a tick;
-/// tolerance: the one in force.
+/// Returns advice that keeps ticks of `period` s of wall time in time, if their load is above 1. steps: of a
+/// tick; tolerance: the one in force.
 inline std::string adviceFor(const IntegratorSettings& settings, double tolerance, double load, double steps,
                              double period, double rate) {
   constexpr double single = 1.5, order = 5;

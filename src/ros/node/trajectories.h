@@ -25,16 +25,16 @@ std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, doubl
                           const Simulation& simulation, const std::map<std::string, int>& joints,
                           std::vector<Fault>& faults);
 
-/// The same for the base: its position, and its angle as the rotation about z nearest to that of the point
-/// before.
+/// Returns the laws of the base's position and angle. Each angle is the rotation about z that is nearest to
+/// that of the point before.
 BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double start,
                 const Simulation& simulation, std::vector<Fault>& faults);
 
 /// Adds the faults of the base's pose and twist in a ~step: one of each, or neither.
 void checkBase(const std::vector<geometry_msgs::Pose2D>& pose, const std::vector<geometry_msgs::Twist>& twist,
                const Simulation& simulation, std::vector<Fault>& faults);
-/// Returns the cubics from the base's present motion to these at scene time `end`, without faults. Of the
-/// whole turns of theta it takes those nearest to what the mean of the rates gives.
+/// Returns the cubics from the base's present motion to these at scene time `end`, without faults. The
+/// whole turns of theta are those nearest to what the mean of the rates gives.
 BaseLaws lawsTo(const geometry_msgs::Pose2D& pose, const geometry_msgs::Twist& twist, double end,
                 const Simulation& simulation);
 

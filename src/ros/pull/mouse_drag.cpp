@@ -222,7 +222,7 @@ class MouseDrag {
     follow(pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point),
            state.header.stamp);
   }
-  /// Of a chain on a base: how that moves is in no state of a joint.
+  /// For a chain on a base, as joint states do not have the motion of the base.
   void onLinks(const LinkStates& state) {
     const auto n = static_cast<std::size_t>(scene_.chain.size());
     if (!grip_ || state.pose.size() != n || state.velocity.size() != n) return;

@@ -93,7 +93,7 @@ class Writer {
          "' rpy='0 0 ", base.angle.at(0).value, "'/></joint>");
   }
 
-  /// What holds the tip, if it stands still.
+  /// Draws the pin or line that holds the tip, if it stands still.
   void tip() {
     if (!scene_.tip || scene_.tip->moves() || !hasOwnShapes()) return;
     const Vec2d at{scene_.tip->x.at(0).value, scene_.tip->y.at(0).value};

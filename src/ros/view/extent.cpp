@@ -14,7 +14,7 @@ constexpr double farLimit = 10;      // a limit farther away is not drawn
 constexpr double freeLength = 2;     // of a side without a limit
 constexpr double freeInside = 0.25;  // likewise, of a rail on a link that turns
 
-// Of the view, as in show.py:
+// The view, as in show.py:
 constexpr double margin = 1.25;  // from the first pin to the rim, in spans
 constexpr double aspect = 1.27;  // its least width, in units of its height
 constexpr int longChain = 16;    // links
@@ -33,7 +33,7 @@ Range rangeOf(const MotionLaw& law) {
   return {least->c[0] - amplitude, most->c[0] + amplitude};
 }
 
-/// Where the inner pin of the first link that turns can be.
+/// Returns the box of the inner pin of the first link that turns.
 Box rootOf(const Scene& scene, double links) {
   Box box;
   if (scene.base) {

@@ -145,7 +145,8 @@ void Views::drawTurn(Sketch& sketch, int link, Vec2d centre, double torque, cons
   on(sketch, link).turn(centre, turnRadius * drawing_.bar, sweep, arrowWidth * drawing_.bar, paint);
 }
 
-/// What acts in a joint: an arc, or along a prismatic joint's axis an arrow that begins at its block's end.
+/// Draws a torque in a joint as an arc, or a force along a prismatic joint's axis as an arrow that begins at
+/// its block's end.
 void Views::drawInJoint(Sketch& sketch, int joint, double torque, const Colour& paint) {
   const Joint& own = chain_.joints()[index(joint)];
   if (!own.isPrismatic) return drawTurn(sketch, joint, {}, torque, paint);

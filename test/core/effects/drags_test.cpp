@@ -205,7 +205,7 @@ TEST(Drag, BrakesHoweverSlowTheMotion) {
   }
 }
 
-// The same without error control, where the sign had no tolerance to go by.
+// Without error control there is no tolerance to judge the sign of the rate by.
 TEST(Drag, BrakesSlowMotionsInEqualSteps) {
   Scene scene = readSceneText(
       "{gravity: [0, 0], chain: [cart, arm], links: {"

@@ -15,7 +15,7 @@
 ///     a batch agrees with single runs            runsInLanes
 ///
 /// A scene must be smooth around its initial state for 10 ms. Joints that are not held must move. Laws leave
-/// out changes of held joints.
+/// out changes of prescribed joints.
 
 #include <gtest/gtest.h>
 

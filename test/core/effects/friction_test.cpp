@@ -75,7 +75,7 @@ class DenseChain : public RestingChain {
     }
   }
 
-  /// The same by projected Gauss-Seidel, which converges for every positive definite A.
+  /// The solution by projected Gauss-Seidel, which converges for every positive definite A.
   Eigen::VectorXd byIteration() const {
     Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
     for (int sweep = 0; sweep < 20000; ++sweep) {

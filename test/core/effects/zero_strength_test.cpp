@@ -90,7 +90,7 @@ struct Steps {
   std::set<double> restarts;
 };
 
-/// The same by the integrator alone, which nobody watches. For scenes without loads and limits.
+/// The motion by the integrator alone, without Simulation. For scenes without loads and limits.
 Motion motionByHand(Scene scene, const Steps& steps = {}) {
   const int n = scene.chain.size();
   Dynamics dynamics(scene);
@@ -229,7 +229,7 @@ bool isComparable(const Row& row) try {
   return false;  // the key needs others beside it
 }
 
-/// Of every key of joints that is comparable by itself, and of what needs more than a number.
+/// A row for every key of joints that is comparable by itself, and for what needs more than a number.
 std::vector<Row> allRows() {
   std::vector<Row> rows{{"limits", withLimits},     {"torque", with<torqueOf>}, {"force", with<forceOf>},
                         {"moment", with<momentOf>}, {"sine", withSine},         {"ramp", withRamp}};

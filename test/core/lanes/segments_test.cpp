@@ -374,7 +374,7 @@ std::vector<Scalar> solution(Linearized<Scalar>& solver, const Linear& at, Scala
   return x;
 }
 
-/// The same by segments, where the solution takes the place of the right-hand side or not.
+/// That solution by segments. inPlace: it overwrites the right-hand side.
 template <class Scalar>
 std::vector<Scalar> solution(LinearizedSegments<double>& real, LinearizedSegments<Scalar>& solver,
                              const Linear& at, Scalar s, bool inPlace) {

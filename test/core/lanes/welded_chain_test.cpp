@@ -1,4 +1,5 @@
-/// Friction in long chains: bodies that stick together as one body, against the recursion for held joints.
+/// Friction in long chains: bodies that stick together as one body, against the recursion for prescribed
+/// joints.
 
 #include "dynamics/welded_chain.h"
 
@@ -18,7 +19,7 @@
 namespace planar_chain {
 namespace {
 
-/// Random motions of a random chain. Of its joints this share sticks.
+/// Random motions of a random chain. This share of its joints sticks.
 void compare(int links, unsigned seed, double share) {
   const Scene scene = test::randomScene(links, seed);
   const auto n = index(links);

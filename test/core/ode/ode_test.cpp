@@ -243,7 +243,7 @@ TEST(ExplicitRungeKutta, IsTheSameInNystromsForm) {
       EXPECT_LT((one.derivative(t, y) - other.derivative(t, y)).norm(), 3e-15) << table->name;
       one.step(t, 0.1, y);
       other.step(t, 0.1, y);
-      // Of each component: there are many.
+      // Each component is compared, as there are many.
       EXPECT_LT((one.increment() - other.increment()).lpNorm<Eigen::Infinity>(), 3e-16) << table->name;
       if (!table->e.empty()) {
         EXPECT_LT((one.error() - other.error()).head(2 * Driven::n).lpNorm<Eigen::Infinity>(), 3e-16)

@@ -98,7 +98,7 @@ TEST(GeneralLinearized, InvertsTheJacobianWhereTheyDoNot) {
 }
 
 TEST(GeneralLinearized, TakesOneKindOfMotionWithoutSuchForces) {
-  // The same sums in another order.
+  // The sums are equal but for their order.
   for (int n = 1; n <= 12; ++n) {
     const RandomChain chain(n, static_cast<unsigned>(n), {0.5, 0.3, 1, 0, 0.3});
     const AtState at(chain);

@@ -186,9 +186,9 @@ TEST(ExactSolve, SolvesWithTheJacobianForEveryStiffness) {
 }
 
 TEST(ExactSolve, LosesNothingToStiffSprings) {
-  // The same recursion in long double. Springs of 1e12 at rest, and a joint without one that carries them, so
-  // that everything else is of size 1: what cancels by the spring shows there, and nowhere in the residual.
-  // ρ_q = 0: torques of k ρ_q/s would be rounded themselves.
+  // Compares with the recursion in long double. Springs of 1e12 at rest, and a joint without one that carries
+  // them, so that everything else is of size 1: what cancels by the spring shows there, and nowhere in the
+  // residual. ρ_q = 0: torques of k ρ_q/s would be rounded themselves.
   Scene scene = constantScene(5, 105, 1e12);
   std::vector<Joint> joints = scene.chain.joints();
   for (std::size_t i = 0; i < joints.size(); ++i) joints[i].restAngle = scene.q[i];

@@ -168,7 +168,7 @@ TEST(StruckBar, DoesNotKeepAutoWithAnExplicitMethod) {
     for (const double t : {0.5, 1.0, 1.5, 2.0}) EXPECT_TRUE(simulation.advanceTo(t)) << simulation.fault();
     return static_cast<double>(simulation.statistics().evaluations);
   };
-  // Of auto's evaluations, two thirds are made before it has tried the others.
+  // auto makes two thirds of its evaluations before it has tried the others.
   EXPECT_LT(evaluationsBy("auto"), 5 * evaluationsBy("radau13"));
 }
 

@@ -29,7 +29,7 @@ Scene sceneOf(const std::string& urdf, const std::string& yaml = "") {
 
 // ---- In space --------------------------------------------------------------------------------
 
-/// The same robot at rest, by every link's own Jacobian: M(q), and the joint torques of gravity.
+/// The robot at rest, by every link's own Jacobian: M(q), and the joint torques of gravity.
 struct InSpace {
   MatrixXd M;
   VectorXd weight;

@@ -311,8 +311,8 @@ const std::string tooFast =
     "{velocity: 1.0e+7}}\n  lower: {mass: 1, inertia: 0.08, com: [0.5, 0], pin: [1, 0], initial: {velocity: "
     "-3.0e+7}}\nintegrator: {method: rk4, step: 0.01}\nsensors: {encoder: {joints: all, rate: 1000}}\n";
 
-/// Of measurements within a fixed step: one step of the method each, four evaluations of rk4. They are
-/// counted, and their errors are as those of the motion: of fourth order.
+/// Each measurement within a fixed step takes one step of the method: four evaluations of rk4. They are
+/// counted, and their errors are of fourth order, as those of the motion.
 TEST(Sensors, WithinAFixedStepTakeAStepOfItsMethod) {
   Scene scene =
       readSceneText(rod + "sensors: {encoder: {joints: all, rate: 900}}\nintegrator: {method: rk4}");
@@ -352,7 +352,7 @@ TEST(Sensors, WithinARefusedFixedStepEndAsTheMotionDoes) {
     EXPECT_LT(each->statistics().evaluations, 2 * most * perStep);
     EXPECT_GT(each->statistics().rescues, 0);
   }
-  // The same number of polls gives the same state.
+  // Equal numbers of polls give equal states.
   Simulation* const both[] = {&with, &without};
   for (Simulation* each : both) {
     each->reset();

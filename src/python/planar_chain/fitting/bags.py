@@ -45,7 +45,7 @@ def read_bag(path, scene, joints, effort=False, node=None):
 
 
 def require_no_commands(path, bag, node):
-    """Of a node without a status: its scene's time and the jumps of its state are unknown."""
+    """Refuses commands of a node without a status: its scene's time and the jumps of its state are unknown."""
     for topic, about in bag.get_type_and_topic_info().topics.items():
         its = full(topic).rpartition("/")[0]
         if about.msg_type == "planar_chain/CommandTaken" and (node is None or full(node.rstrip("/")) == its):

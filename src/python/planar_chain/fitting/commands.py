@@ -80,7 +80,7 @@ def require_no_motors(name, scene, acting):
 
 
 def effort_limits(scene, joints):
-    """By joint. Repeated links share theirs."""
+    """The effort limits by joint. Repeated links share theirs."""
     limits, k = {}, 0
     for link in scene.get("chain") or ():
         values = scene["links"][link]

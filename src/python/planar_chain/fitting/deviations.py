@@ -1,4 +1,4 @@
-"""Standard deviations of what a fit found, and the combinations of numbers that the data cannot tell.
+"""Standard deviations of what a fit found, and the combinations of numbers that the data do not determine.
 
 With ψ the derivative of the loss, J the Jacobian over the noise, N residuals and m unknowns, the covariance of an M-estimate is
 
@@ -23,7 +23,7 @@ DOUBT = 3.0  # a singular value below so many errors of the Jacobian is none
 
 
 def correlation(series, lag):
-    """Of values so many samples apart, in a list of arrays; 0 within what those of noise may have."""
+    """The correlation of values so many samples apart, in a list of arrays; 0 if noise may have as much."""
     series = [values - values.mean() for values in series if len(values) > 20]
     power = sum(np.sum(values ** 2) for values in series)
     if power == 0:
@@ -43,15 +43,15 @@ def correlation_time(series):
 
 
 def are_noise(series):
-    """Whether no residuals over the noise tell the signs or the sizes of the next ones; outliers may stand alone."""
+    """True if the signs and sizes of residuals over the noise are independent of those of the next ones; outliers may stand alone."""
     sizes = [np.log1p(abs(values)) for values in series]
     signed = [np.copysign(size, values) for size, values in zip(sizes, series)]
     return not any(correlation(one, lag) for one in (signed, sizes) for lag in range(1, LAGS))
 
 
 class Deviations:
-    """Of the solution of a problem. covariance: of all unknowns x. tau: as above. are_noise: if its residuals are. relative: of each
-    singular direction."""
+    """The deviations of a problem's solution. covariance: of all unknowns x. tau: as above. are_noise: if its residuals are. relative: those of
+    each singular direction."""
 
     def __init__(self, problem, solution, samples, prior):
         self.problem, self.numbers = problem, problem.numbers
@@ -82,7 +82,7 @@ class Deviations:
 
     @property
     def deviations(self):
-        """Of the numbers, in their units."""
+        """The standard deviations of the numbers, in their units."""
         return np.sqrt(np.maximum(np.diag(self.covariance)[:len(self.numbers)], 0)) * self.scales
 
     @property

@@ -1,4 +1,5 @@
-"""Whether a fit is bad, and the likely mistake: errors far above what the samples' noise explains, and a sizeable part of the motion.
+"""Finds bad fits, and the likely mistake. A fit is bad if its errors are far above what the samples' noise explains, and a sizeable
+part of the motion.
 
 A mistake in how the angles count is found by a trial: the first seconds are fitted again, with the angles as they should have been."""
 

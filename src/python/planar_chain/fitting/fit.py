@@ -39,8 +39,8 @@ class Found:
 
 
 class Prediction:
-    """Of a recording: root mean square errors of each joint, rad or m, from the first sample; with the initial state fitted on the first
-    window; and with the initial state fitted on all of it. The numbers are the fit's."""
+    """How well the fitted numbers predict a recording: root mean square errors of each joint, rad or m, from the first sample; with the
+    initial state fitted on the first window; and with it fitted on the whole recording."""
 
     def __init__(self, name, from_first_sample, from_first_window, from_fitted_start):
         self.name, self.from_first_sample = name, from_first_sample

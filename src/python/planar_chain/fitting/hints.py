@@ -1,8 +1,8 @@
 """What the model lacks, from the residuals: whether a torque that it does not have would explain them.
 
-A small torque of a shape such as -sign q̇ along the fitted motion changes the angles by c. Of c counts what no unknown of the fit can
-do. The share of the residuals' squares that it explains, and the sign of its factor, decide. A damper that was fitted can hide dry
-friction and drag from each other, so two shapes are also judged together."""
+A small torque of a shape such as -sign q̇ along the fitted motion changes the angles by c. Only the part of c counts that no unknown
+of the fit can make. The share of the residuals' squares that it explains, and the sign of its factor, decide. A damper that was fitted
+can hide dry friction and drag from each other, so two shapes are also judged together."""
 
 import itertools
 

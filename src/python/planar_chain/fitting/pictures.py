@@ -13,7 +13,7 @@ ROUNDING = 1e-12  # of a correlation: two numbers that hang together fully have 
 
 
 def draw(result, title):
-    """A figure. Of many recordings the first few are drawn."""
+    """A figure. It draws the first few recordings."""
     columns = min(len(result.recordings), MOST_RECORDINGS)
     figure = pyplot.figure(figsize=(2.6 * columns + 3.2, 5.0), constrained_layout={"w_pad": 0.12})
     shown = f", the first {columns} of {len(result.recordings)} recordings" if columns < len(result.recordings) else ""

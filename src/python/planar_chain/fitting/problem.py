@@ -54,8 +54,8 @@ class Problem:
         return np.concatenate([[number.first / number.scale for number in self.numbers], *own])
 
     def priors(self):
-        """What is expected before the data come: places in x, values and sizes of the deviations from them. Of the numbers, which come
-        first, and of the delays."""
+        """The values expected before the data come: their indices in x, values, and sizes of the deviations from them. First the numbers,
+        then the delays."""
         delays = [self.own(r).stop - 1 for r in range(len(self.recordings))] if self.has_delay else []
         numbers = [number.first / number.scale for number in self.numbers]
         return (np.array([*range(len(numbers)), *delays], dtype=int), np.array(numbers + [0.0] * len(delays)),
@@ -75,7 +75,7 @@ class Problem:
         return low, high
 
     def own(self, r):
-        """Where the unknowns of recording r stand in x."""
+        """The slice of x with the unknowns of recording r."""
         first = len(self.numbers) + r * self.per_recording
         return slice(first, first + self.per_recording)
 
@@ -99,7 +99,7 @@ class Problem:
     # ---- Runs ----------------------------------------------------------------------------------
 
     def has_numbers(self, r):
-        """Whether the scenes of recording r have the numbers' values already: a driven joint starts on its law, and a recording that
+        """True if the scenes of recording r are made with the numbers' values: a driven joint starts on its law, and a recording that
         starts later moves the laws of time."""
         return self.moves_drives or (self.moves_laws and self.recordings[r].start != 0)
 
@@ -168,8 +168,8 @@ class Problem:
                              most_steps=most_steps(times)).states[0]
 
     def is_sparse(self, x, r, places):
-        """Whether these samples of recording r hide much of the motion between them: where they do not, angles change by nearly the mean
-        of the rates at both ends, times the time."""
+        """True if these samples of recording r hide much of the motion between them. Otherwise angles change by nearly the mean of the
+        rates at both ends, times the time."""
         angles, rates = np.hsplit(self.states(x, r, places), 2)
         change, time = np.diff(angles, axis=0), np.diff(self.recordings[r].t[places])[:, None]
         return np.linalg.norm(change - time * (rates[1:] + rates[:-1]) / 2) > HIDDEN * np.linalg.norm(change)
@@ -272,14 +272,14 @@ def has_laws(values):
 
 
 def is_plain(values):
-    """Whether runs go in lanes, with all times at next to no cost: see simulate_many()."""
+    """True if runs go in lanes, where each further time costs next to nothing: see simulate_many()."""
     joints = [values["links"][link].get("joint") or {} for link in values["chain"]]
     return (len(joint_links(values)) <= 12 and not has_laws(values)
             and all(set(joint) <= {"name", "damping", "stiffness", "rest_angle"} for joint in joints))
 
 
 def most_steps(times):
-    """Of a run to the last of these times."""
+    """The most steps of a run to the last of these times."""
     return int(MOST_STEPS * max(1.0, times[-1]))
 
 
@@ -300,5 +300,5 @@ def between(grid, times):
 
 
 def unlike(loads, others):
-    """With names that the scene does not have."""
+    """The loads, with names that the scene does not have."""
     return {name if name not in others else name + "_of_the_recording": load for name, load in loads.items()}

@@ -76,7 +76,7 @@ class Recording:
         return self.t[-1]
 
     def shows_delay(self):
-        """Whether what acts changes while it is recorded. A motion without such a change does not tell a delay."""
+        """True if a load changes during the recording. Otherwise the motion does not determine a delay."""
         return any(changes_within(load, self.duration) for load in self.loads.values())
 
     def pieces(self, seconds):
@@ -89,7 +89,7 @@ class Recording:
         return [self.part(first, last) for first, last in zip(edges, edges[1:])] if count > 1 else [self]
 
     def without_rest(self):
-        """From shortly before the first motion, if a long rest comes before it: a fit of its first seconds would see nothing."""
+        """The recording from shortly before its first motion, if a long rest precedes it: a rest determines no numbers."""
         known = self.q[:, np.isfinite(self.q).any(axis=0)]
         if not known.size:
             return self
@@ -119,7 +119,7 @@ class Recording:
 
 
 def changes_within(load, end):
-    """Whether a load changes at a time between 0 and `end`, s."""
+    """True if a load changes at a time between 0 and `end`, s."""
     if any(0 < float(load[key]) < end for key in ("start", "stop") if key in load):
         return True
     if "times" not in load:
@@ -129,7 +129,7 @@ def changes_within(load, end):
 
 
 def noise_of_samples(values):
-    """Of one joint, from third differences, to which a smooth motion adds little."""
+    """The noise of one joint, from third differences, to which a smooth motion adds little."""
     known = values[np.isfinite(values)]
     return np.median(abs(np.diff(known, 3))) / (0.6745 * np.sqrt(20)) if len(known) > 3 else 0.0
 
@@ -316,7 +316,7 @@ def moved_load(load, shift):
 
 
 def moved_loads(loads, shift):
-    """By name, without those that are over."""
+    """The loads by name, moved in time, without those that are over."""
     return {name: moved for name, load in loads.items() for moved in [moved_load(load, shift)] if moved}
 
 

@@ -191,7 +191,7 @@ class Solver:
         return np.maximum(now, self.reached)
 
     def followed_now(self, samples):
-        """The same by the present x alone."""
+        """Until when the present x alone follows each recording, s."""
         errors = self.problem.errors(self.solution.x, samples)
         return np.array([followed(recording.t[places], error)
                          for recording, places, error in zip(self.problem.recordings, samples, errors)])

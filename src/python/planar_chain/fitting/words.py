@@ -55,7 +55,7 @@ def combinations(scene_values, numbers):
 
 
 def gradient(function, values, sizes):
-    """Of a combination, by relative changes of the numbers; of length 1."""
+    """The gradient of a combination by relative changes of the numbers, scaled to length 1."""
     base, slopes = function(values), []
     for k, size in enumerate(sizes):
         moved = np.array(values)

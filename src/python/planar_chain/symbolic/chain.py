@@ -1,20 +1,19 @@
 """A chain in letters: its links, forces and torques, and given motions."""
 
-import json
-import pathlib
-import subprocess
-
-import planar_chain
 import sympy as sp
+from planar_chain.described import described
 
-from . import laws
+from . import laws, point_forces
 from .coordinates import NONE, Coordinates
 from .letters import LATEX, Letters, NoFormula, exact, roman, state_symbols
+from .linear import slope
 
 MOST_LINKS = 10
 KNOWN = {  # keys that the formulas have; effort_limit, motor, command_delay and velocity_limit concern commands and counts
-    "": {"gravity", "q", "qd", "links", "loads", "base", "tip"},
-    "links": {"name", "mass", "inertia", "com", "pin", "joint"},
+    "": {"gravity", "q", "qd", "links", "loads", "springs", "frames", "base", "tip"},
+    "links": {"name", "mass", "inertia", "com", "pin", "joint", "drag"},
+    "drag": {"coefficient", "point"},
+    "springs": {"link", "point", "ground", "stiffness", "damping", "rest_length", "slack"},
     "joint": {"name", "stiffness", "damping", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping", "friction",
               "breakaway", "drag", "rotor_inertia", "effort_limit", "velocity_limit", "motor", "command_delay", "drive", "type",
               "axis"},
@@ -39,14 +38,11 @@ def require_few_links(n):
 
 def read(scene):
     """The chain of a Scene with all defaults written out, as `equations --chain` prints it."""
-    values = planar_chain.Scene.to_dict(scene)
     require_few_links(len(scene))
-    tool = pathlib.Path(planar_chain.__file__).absolute().parents[3] / "planar_chain" / "equations"
-    run = subprocess.run([str(tool), "/dev/stdin", "--chain"], input=json.dumps(values), stdout=subprocess.PIPE,
-                         stderr=subprocess.PIPE, universal_newlines=True, check=False)
-    if run.returncode != 0:
-        raise NoFormula(run.stderr.strip())
-    return json.loads(run.stdout)
+    try:
+        return described(scene)
+    except RuntimeError as problem:
+        raise NoFormula(str(problem)) from None
 
 
 class ChainInLetters:
@@ -56,6 +52,7 @@ class ChainInLetters:
     axes, turned_axes, displacement: of prismatic joints d in body axes, d in ground axes, q d in body axes; 0 of others.
     rows: 2-vectors c_j along which the tip is held, with the acceleration tip_acceleration; none where it is free.
 
+    point_forces: of air drag and springs to the ground. Their symbols are in F and M.
     given: {symbol: expression in t} of the base, the tip, driven joints and factors of loads. driven: numbers of joints, from 0 on.
     tau holds a symbol tau_j where a drive acts."""
 
@@ -84,6 +81,7 @@ class ChainInLetters:
         self.M = sp.zeros(self.n, 1)
         for name, load in chain.get("loads", {}).items():
             self._load(name, load)
+        self._point_forces(chain)
 
     def define(self, name, expression):
         """A symbol for a function of time; 0 if there is none."""
@@ -176,7 +174,8 @@ class ChainInLetters:
                                    roman("base", LATEX["phi_0"] if axis == "angle" else axis), "rad" if axis == "angle" else "m")
                  for axis, law in laws_of.items()}
         still = [sp.Integer(0)] * 3
-        self.pdd = sp.Matrix([self.define(f"pdd_{axis}", moved.get(axis, still)[2]) for axis in "xy"])
+        self.base_laws = [moved.get(axis, still) for axis in "xy"]
+        self.pdd = sp.Matrix([self.define(f"pdd_{axis}", law[2]) for axis, law in zip("xy", self.base_laws)])
         self.phi, self.phid, self.phidd = (self.define(name, value) for name, value in
                                            zip(("phi_0", "phid_0", "phidd_0"), moved.get("angle", still)))
 
@@ -220,3 +219,52 @@ class ChainInLetters:
         if "joint" in load:
             k = self.joints.index(load["joint"])
             self.tau[k] += factor * letter("torque", load["torque"], self._units(k)[1], r"\tau")
+
+    # ---- Air drag and springs to the ground
+
+    def _point_forces(self, chain):
+        self.point_forces = []
+        if not any("drag" in link for link in chain["links"]) and "springs" not in chain:
+            return
+        self.base = [sp.Matrix([self.define(f"{name}_{axis}", law[k]) for axis, law in zip("xy", self.base_laws)])
+                     for k, name in enumerate(("p", "pd"))]
+        for k, link in enumerate(chain["links"]):
+            if "drag" in link:
+                require_known(f"links/{link['name']}/drag/", link["drag"], "drag")
+                name = f"drag_{k + 1}"
+                c = self.letters.number(f"ca_{k + 1}", link["drag"]["coefficient"], "N s^2/m^2", f"air drag of body {k + 1} ({link['name']})",
+                                        rf"c^{{\mathrm{{air}}}}_{{{k + 1}}}")
+                self._act(k, name, f"{k + 1}", link["drag"]["point"], lambda *at, c=c: point_forces.drag(c, *at))
+        for name, spring in chain.get("springs", {}).items():
+            require_known(f"springs/{name}/", spring, "springs")
+            numbers = self._numbers_of(name, spring)
+            self._act(self.links.index(spring["link"]), f"spring_{name}", roman(name)[1:-1], spring["point"],
+                      lambda *at, numbers=numbers, slack=spring["slack"]: point_forces.spring(numbers, slack, *at))
+
+    def _numbers_of(self, name, spring):
+        """k, d, L⁰ and the point of the ground."""
+        def letter(key, value, unit, sign, meaning, axis=""):
+            return self.letters.number(f"spring_{name}_{key}", value, unit, f"{meaning} of the spring {name}" + (axis and ", " + axis),
+                                       f"{sign}_{roman(name, *axis)}")
+
+        k, d, rest = (letter(key, spring[key], unit, sign, key.replace("_", " ")) for key, unit, sign in (
+            ("stiffness", "N/m", "k"), ("damping", "N s/m", "d"), ("rest_length", "m", "L^0")))
+        return k, d, rest, sp.Matrix([letter(f"ground_{axis}", value, "m", "x^0", "point of the ground", axis)
+                                      for axis, value in zip("xy", spring["ground"])])
+
+    def _act(self, k, name, index, point, make):
+        """A force on this point of body k, m: make(place, velocity, name, index)."""
+        arm = sp.Matrix([self.letters.number(
+            f"{name}_arm_{axis}", x - r, "m", f"where {name} acts, from the centre of mass, in the axes of the body: {axis}",
+            f"a_{{{index},{axis}}}") for axis, x, r in zip("xy", point, self.com[k])])
+        place = self.base[0] + self.S[k].T * (self.r[k] + arm)
+        for j in range(k + 1):
+            place += self.S[j].T * (self.displacement[j] + (self.p[j] if j < k else sp.zeros(2, 1)))
+        moving = [*zip(self.x, self.xd), *([(self.phi, self.phid)] if self.phi != 0 else [])]
+        velocity = self.base[1] + sp.Matrix([sp.Add(*(slope(value, x) * xd for x, xd in moving)) for value in place])
+        force = make(place, velocity, name, index)
+        self.point_forces.append(force)
+        self.F[2 * k:2 * k + 2, 0] += force.F
+        if self.coordinates.turner[k] != NONE:
+            along = arm.T * self.S[k]
+            self.M[k] += along[0] * force.F[1] - along[1] * force.F[0]

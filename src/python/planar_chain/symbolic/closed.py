@@ -72,7 +72,8 @@ class Rows:
         return {symbol: expression for expression, symbol in self._names.items()}
 
     def lever(self, i, body):
-        """From joint i, or the base, to the centre of mass of this body, or to the last outer pin, along bodies that turn with x_i."""
+        """The vector from joint i, or the base, to the centre of mass of this body, or to the last outer pin, along bodies that turn
+        with x_i."""
         chain, total = self.chain, sp.zeros(2, 1)
         for k in self.coordinates.turned_by(i):
             if k <= body:
@@ -117,7 +118,7 @@ class Rows:
         return times(self.coefficient(at(ALONG)), sp.cos(between)) + times(self.coefficient(at(ACROSS)), sp.sin(between))
 
     def along(self, direction, i, spin=None):
-        """What x_i moves the tip along `direction` where its rate is 1; or with `spin` = [ω^i] the row of C."""
+        """The rate of the tip along `direction` per rate of x_i; or with `spin` = [ω^i] the row of C."""
         angle = self.angle[i]
         if angle == 0:
             return dot(direction, self.at(i, self.chain.n, ALONG, spin))
@@ -149,7 +150,7 @@ def compact(chain):
     angles = [(NONE, chain.phid)] * (chain.phi != 0) + [(j, chain.omega[j]) for j in coordinates.revolute]
 
     def of_motion(row, spun):
-        """What turning bodies and the base give: of ω², φ̈ and Coriolis. row(j), spun(j, rate): a row of M_θ or J_θ; the same by C."""
+        """The terms of turning bodies and the base: of ω², φ̈ and Coriolis. row(j): a row of M_θ or J_θ; spun(j, rate): by C."""
         terms = [each_times(spun(j, -1), omega ** 2) - each_times(row(j), chain.phidd) for j, omega in angles]
         return sp.Add(*terms, *(-each_times(spun(j, 1), 2 * chain.omega[j] * chain.qd[j]) for j in coordinates.prismatic))
 
@@ -205,7 +206,7 @@ def relative(chain, bodies):
 
 
 def grouped(chain, expression):
-    """As short as a textbook writes it: I_1 + m_1 r_1² + (m_2 + m_3) (p_1² + r_2²)."""
+    """The expression as short as in a textbook: I_1 + m_1 r_1² + (m_2 + m_3) (p_1² + r_2²)."""
     by_mass, by_length = {}, {}
     masses = [m for m in chain.m if m.is_Symbol]
     for term in sp.Add.make_args(sp.expand(expression)):

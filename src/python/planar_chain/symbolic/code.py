@@ -31,6 +31,8 @@ class ShortNumbers:
         return " ".join(self.doprint(expression).replace("...\n", "").split())  # MATLAB's sign that a line goes on
 
 
+NEAR_A_STATE = "A", "B"  # outputs whose functions take torques
+
 without_powers = create_expand_pow_optimization(4, base_req=lambda base: True)
 
 
@@ -65,6 +67,8 @@ class Code:
                  "Written by `formulas` of planar_chain; the letters are those of its page of theory.", "",
                  "t    time, s, from 0 on",
                  "q    relative joint angles, rad, counter-clockwise positive; qd their rates, rad/s"]
+        if "A" in self.outputs:
+            lines += ["tau  torques in the joints, N m, about which A and B are, beside all else that acts"]
         if of.chain.coordinates.prismatic:
             lines += ["     of a prismatic joint: its displacement, m, and m/s; its row of f is a force, N"]
         lines += [f"{name:4} {MEANINGS[name]}" for name in self.outputs]
@@ -94,9 +98,9 @@ class Code:
         return [[self.text(entry) for entry in row] for row in self.program.outputs[output].tolist()]
 
     def arguments(self, names):
-        """{symbol: (array, index)} of the states that the outputs need, and the letters that they need."""
+        """(symbol, array, index) of the states and torques that the outputs need, the letters that they need, and whether they need t."""
         needed = self.program.needed(*names)
         within = set().union(*(e.free_symbols for _, e in needed), *(self.program.outputs[name].free_symbols for name in names))
-        states = [(symbol, array, i) for array, symbols in (("q", self.formulas.q), ("qd", self.formulas.qd))
+        states = [(symbol, array, i) for array, symbols in (("q", self.formulas.q), ("qd", self.formulas.qd), ("tau", self.program.added))
                   for i, symbol in enumerate(symbols) if symbol in within]
         return states, [symbol for symbol in self.letters if symbol in within], self.formulas.t in within

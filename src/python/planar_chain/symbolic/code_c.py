@@ -9,7 +9,7 @@ import mpmath
 import sympy as sp
 from sympy.printing.c import C99CodePrinter
 
-from .code import Code, ShortNumbers
+from .code import NEAR_A_STATE, Code, ShortNumbers
 
 
 class Printer(ShortNumbers, C99CodePrinter):
@@ -126,7 +126,8 @@ def signature(code, output):
     """The function's name and arguments."""
     n, shape = code.n, "".join(f"[{size}]" for size in code.shapes[output])
     given = f"const struct {code.name}_parameters *p, " if code.letters else ""
-    return f"{code.name}_{output}({given}double t, const double q[{n}], const double qd[{n}], double {output}{shape})"
+    torques = f"const double tau[{n}], " * (output in NEAR_A_STATE)
+    return f"{code.name}_{output}({given}double t, const double q[{n}], const double qd[{n}], {torques}double {output}{shape})"
 
 
 def statements(code, output):
@@ -149,7 +150,7 @@ def body(code, output):
     states, letters, has_time = code.arguments([output])
     arrays = {array for _, array, _ in states}
     unused = [name for name, is_used in (("p", not code.letters or letters), ("t", has_time), ("q", "q" in arrays),
-                                         ("qd", "qd" in arrays)) if not is_used]
+                                         ("qd", "qd" in arrays), ("tau", "tau" in arrays or output not in NEAR_A_STATE)) if not is_used]
     lines = [f"(void){name};" for name in unused]
     lines += [f"const double {symbol.name} = p->{symbol.name};" for symbol in letters]
     lines += [f"const double {symbol.name} = {array}[{i}];" for symbol, array, i in states]

@@ -16,12 +16,14 @@ def matlab_code(formulas, name, source, linearize=False):
     """The text of NAME.m."""
     code = Code(PRINTER, formulas, name, source, linearize)
     outputs = ", ".join(code.outputs)
-    arguments = "t, q, qd" + (", p" if code.letters else "")
+    arguments = "t, q, qd" + ", p" * bool(code.letters) + ", tau" * linearize
     lines = [f"function [{outputs}] = {name}({arguments})", f"% [{outputs}] = {name}({arguments})", "%"]
     lines += [f"% {line}".rstrip() for line in code.header()]
     if code.letters:
         lines += ["%", f"% p: a structure of parameters. Without it, the scene's numbers. p = {name}() returns those."]
     lines += parameters(code)
+    if linearize:
+        lines += [f"if nargin < {4 + bool(code.letters)}, tau = zeros(1, {code.n}); end  % by default"]
     done = set()
     for k, output in enumerate(code.outputs):
         if k > 0:

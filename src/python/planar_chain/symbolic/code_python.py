@@ -3,18 +3,24 @@
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
-from .code import Code, ShortNumbers
+from .code import NEAR_A_STATE, Code, ShortNumbers
 
 WHERE = '''def where(xp, condition, value, otherwise):
     """`value` where the condition holds, by the means of the module."""
     for name in ("if_else", "where"):  # casadi; numpy, jax.numpy
         if hasattr(xp, name):
             return getattr(xp, name)(condition, value, otherwise)
+    if hasattr(xp, "Piecewise"):  # sympy
+        return xp.Piecewise((value, condition), (otherwise, True))
     return value if condition else otherwise  # math
 
 
 def sign(xp, x):
     return xp.sign(x) if hasattr(xp, "sign") else int(x > 0) - int(x < 0)
+
+
+def size(xp, x):
+    return xp.fabs(x) if hasattr(xp, "fabs") else abs(x)
 '''
 
 
@@ -28,7 +34,12 @@ class Printer(ShortNumbers, PythonCodePrinter):
         return f"xp.cos({self._print(expr.args[0])})"
 
     def _print_Abs(self, expr):
-        return f"xp.fabs({self._print(expr.args[0])})"
+        return f"size(xp, {self._print(expr.args[0])})"
+
+    def _print_Pow(self, expr, rational=False):
+        if expr.exp == sp.Rational(1, 2):
+            return f"xp.sqrt({self._print(expr.base)})"
+        return super()._print_Pow(expr, rational)
 
     def _print_sign(self, expr):
         return f"sign(xp, {self._print(expr.args[0])})"
@@ -59,7 +70,7 @@ def python_code(formulas, name, source, linearize=False):
         lines += ["SCENE = {", *(f"    {letter.symbol.name!r}: {letter.value!r},  # {letter.unit}: {letter.meaning}"
                                  for letter in code.letters.values()), "}", ""]
     functions = [line for output in code.outputs for line in function(code, output)]
-    if any("where(xp" in line or "sign(xp" in line for line in functions):
+    if any(name + "(xp" in line for line in functions for name in ("where", "sign", "size")):
         lines += ["", *WHERE.splitlines(), ""]
     return "\n".join(lines + functions).rstrip() + "\n"
 
@@ -74,6 +85,7 @@ def function(code, output):
         lines.append(f"return [{', '.join(rows)}]")
     else:
         lines += ["return [", *(f"    [{row}]," for row in rows), "]"]
-    arguments = "xp, t, q, qd" + (", p=None" if code.letters else "")
+    arguments = "xp, t, q, qd" + ", p=None" * bool(code.letters) + ", tau=None" * (output in NEAR_A_STATE)
     defaults = ["p = SCENE if p is None else p"] if letters else []
+    defaults += [f"tau = [0] * {code.n} if tau is None else tau"] * any(array == "tau" for _, array, _ in states)
     return ["", f"def {output}({arguments}):", *(f"    {line}" for line in defaults + lines), ""]

@@ -34,7 +34,8 @@ NEAR_A_STATE = r"""Small changes $x = (\delta q, \delta\dot{q})$ of a state, and
 B &= \begin{bmatrix} 0\\ M^{-1} \end{bmatrix}\\
 K &= T K_\theta T^T + K_\tau, & D &= T D_\theta T^T + D_\tau
 \end{align*}
-$\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$ of the state. """
+$\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$ at the state, under the torques $\tau^*$ about which $A$ and $B$ are:
+$M \ddot{q} = f + \tau^*$. """
 
 CLOSED = r"""The tip is held along the unit vectors $c_j$, by forces $\varphi_j$:
 \begin{align*}
@@ -50,7 +51,13 @@ $\dot{x} = A x + B\,\delta\tau$, where $\delta\ddot{q}$, the lower rows, follows
 \begin{bmatrix} K\,\delta q + D\,\delta\dot{q} + \delta\tau\\ K_c T^T \delta q + D_c T^T \delta\dot{q} \end{bmatrix}\\
 K &= T K_\theta T^T + K_\tau, \quad D = T D_\theta T^T + D_\tau
 \end{align*}
-$\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$, and $\varphi$ the forces on the tip, of the state. """
+$\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$, and $\varphi$ the forces on the tip, at the state, under the torques $\tau^*$
+about which $A$ and $B$ are: $M \ddot{q} = f + \tau^* + J_c^T \varphi$. """
+
+
+POINTS = r""" A force on a point, of air drag or a spring to the ground, adds
+$G^T (\partial F/\partial s\,G + \partial F/\partial v\,W)$ to $K_\theta$ and $G^T \partial F/\partial v\,G$ to $D_\theta$. $G$ and $W$ are
+the derivatives of the point's place and velocity by $\theta_i$. """
 
 
 def as_text(words):
@@ -105,6 +112,9 @@ class Document:
         symbols = set().union(*(e.free_symbols for e in formulas.given.values()), formulas.given, formulas.q, formulas.qd, formulas.qdd,
                               formulas.closed.f_theta.free_symbols, formulas.tau.free_symbols,
                               formulas.closed.c.free_symbols, formulas.phi, self.linear.beta if linearize else [])
+        for force in formulas.point_forces:
+            known.update(force.latex)
+            symbols |= set().union(*(e.free_symbols for e in force.defined().values()))
         known.update({symbol: latex_name(symbol) for symbol in symbols if symbol.is_Symbol and symbol not in known})
         self.printer = Printer({"symbol_names": known, "fold_short_frac": True, "fold_func_brackets": True,
                                 "mat_str": "matrix"})
@@ -181,7 +191,15 @@ class Document:
     def _angles(self):
         lines = [self.equation(self.tex(symbol), value) for symbol, value in self.of.absolute.items()]
         lines += [self.equation(self.tex(symbol), value) for symbol, value in self.of.given.items()]
-        return "\\subsection*{Angles and given motions}\n" + self.block(lines)
+        return "\\subsection*{Angles and given motions}\n" + self.block(lines) + self._point_forces()
+
+    def _point_forces(self):
+        if not self.of.point_forces:
+            return ""
+        return ("\\subsection*{Air drag and springs to the ground}\nEach with the velocity $v$ of its point, the vector $s$ from the ground to it, "
+                "and the force $F$ on the link.\n" + "\n".join(self.block([self.equation(self.tex(symbol), value)
+                                                                     for symbol, value in force.defined().items()])
+                                                         for force in self.of.point_forces))
 
     def _steps(self):
         """The matrices of the notes."""
@@ -271,5 +289,10 @@ class Document:
         blocks = [self.block(self.matrix(*named)) for named in ((r"K_\theta", of.K_theta), (r"D_\theta", of.D_theta),
                                                                 (r"K_\tau", of.K_tau), (r"D_\tau", of.D_tau),
                                                                 ("K_c", of.K_c), ("D_c", of.D_c))]
+        if of.points:
+            remark += POINTS
+        for force, pair in zip(self.of.point_forces, of.points):
+            blocks += [self.block(self.matrix(f"{name}_{{{force.index}}}", value)) for name, value in zip("GW", pair)]
+            blocks += [self.block([self.equation(self.tex(symbol), value) for symbol, value in force.tangents.items()])]
         rules = CLOSED_NEAR_A_STATE if self.of.chain.rows else NEAR_A_STATE
         return "\n".join(["\\subsection*{Near a state}", rules + remark.lstrip(), *blocks, "A matrix that is not printed is zero.\n"])

@@ -25,6 +25,7 @@ class Formulas:
     letters           {symbol: Letter} with value, unit and meaning
     t, q, qd, qdd     the time; relative angles, rates and accelerations: n×1. A driven joint's q̈ is a letter of `given`
     theta, omega      absolute angles and angular velocities: symbols, see `absolute`
+    acting            {symbol: expression in theta, omega, q, qd, t and symbols before it}: air drag and springs to the ground
     given             {symbol: expression in t}: the base's motion, driven joints' q̈, factors of loads
     S, T, B, C, V_pd, W_pd, A_1, A_2, A_3, F, M_ext, tau, f_ext, M, f
                       the matrices of the notes, by their steps. S: a list
@@ -47,7 +48,7 @@ class Formulas:
         self.phi = state_symbols("phi", len(chain.rows))
         self.given, self.tau, self.letters = chain.given, chain.tau, chain.letters.all
         self.compact = self._in_letters = compact(chain)
-        self.J = chain.J
+        self.J, self.point_forces = chain.J, chain.point_forces
         self._put = None  # applied to all matrices
 
     def __repr__(self):
@@ -79,15 +80,21 @@ class Formulas:
                 sums[symbols[i]] = start = start + rates[i]
         return sums
 
+    @property
+    def acting(self):
+        return {symbol: value for force in self.point_forces for symbol, value in force.defined().items()}
+
     def in_q(self, expression):
-        """The same with q, q̇ and t alone: without theta, omega and functions of time."""
+        """The same with q, q̇ and t alone: without theta, omega, functions of time and `acting`."""
+        for symbol, value in reversed(list(self.acting.items())):
+            expression = expression.xreplace({symbol: value})
         return expression.xreplace(self.absolute).xreplace(self.given)
 
     def used_letters(self):
         """The letters that are in M, f, J_c or c."""
         of = self.compact
         within = self.tau.free_symbols.union(*(getattr(of, name).free_symbols for name in MATRICES))
-        within = within.union(*(value.free_symbols for value in (*self.given.values(), *self.J, *of.coefficients.values())))
+        within = within.union(*(value.free_symbols for value in (*self.given.values(), *self.acting.values(), *self.J, *of.coefficients.values())))
         return {symbol: letter for symbol, letter in self.letters.items() if symbol in within}
 
     def with_numbers(self):
@@ -105,6 +112,7 @@ class Formulas:
         other.given = {symbol: put(expression) for symbol, expression in self.given.items()}
         other.tau = put(self.tau)
         other.J = [put(J) for J in self.J]
+        other.point_forces = [force.applied(put) for force in self.point_forces]
         coefficients = {symbol: put(expression) for symbol, expression in self.compact.coefficients.items()}
         known = {symbol: value for symbol, value in coefficients.items() if value.is_Atom}
         other.compact = types.SimpleNamespace(

@@ -66,8 +66,8 @@ def state_symbols(name, n):
 
 
 T = sp.Symbol("t", real=True)
-LATEX = {"phi_0": r"\varphi", "phid_0": r"\dot{\varphi}", "phidd_0": r"\ddot{\varphi}", "pdd_x": r"\ddot{p}_x",
-         "pdd_y": r"\ddot{p}_y", "xdd_T": r"\ddot{x}_T", "ydd_T": r"\ddot{y}_T"}
+LATEX = {"phi_0": r"\varphi", "phid_0": r"\dot{\varphi}", "phidd_0": r"\ddot{\varphi}", "p_x": "p_x", "p_y": "p_y",
+         "pd_x": r"\dot{p}_x", "pd_y": r"\dot{p}_y", "pdd_x": r"\ddot{p}_x", "pdd_y": r"\ddot{p}_y", "xdd_T": r"\ddot{x}_T", "ydd_T": r"\ddot{y}_T"}
 DOTTED = {"q": "q", "qd": r"\dot{q}", "qdd": r"\ddot{q}", "beta": r"\ddot{\theta}", "phi": r"\varphi"}
 
 

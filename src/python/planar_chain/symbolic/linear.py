@@ -25,8 +25,9 @@ def linear(of):
 
         K = ∂(f − M q̈ + J_cᵀ φ)/∂q = T K_θ Tᵀ + K_τ        D = ∂f/∂q̇ = T D_θ Tᵀ + D_τ
 
-    and of a tip that is held K_c and D_c, with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
-    beta: ẍ of the state (coordinates.py). K_τ and D_τ are diagonal, and 0 at driven joints."""
+    points: J and W of each of point_forces, ∂X/∂x and ∂v/∂x, 2 × n. It adds Jᵀ (∂F/∂X J + ∂F/∂v W) to K_θ, Jᵀ ∂F/∂v J to D_θ.
+    Of a tip that is held K_c and D_c, with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
+    beta: ẍ of the state (coordinates.py), as the torques have it about which A and B are. K_τ and D_τ are diagonal, and 0 at driven joints."""
     n, loads, inertia, tip, c = len(of.q), of.closed.loads_theta, of.closed.M_theta, of.closed.J_theta, of.closed.c
     beta, x, xd = state_symbols("beta", n), of.chain.x, of.chain.xd
 
@@ -42,5 +43,6 @@ def linear(of):
 
     return types.SimpleNamespace(
         beta=beta, K_theta=sp.Matrix(n, n, by_angle), D_theta=sp.Matrix(n, n, lambda i, j: slope(loads[i], xd[j])),
+        points=[tuple(force.gradients(x)) for force in of.point_forces],
         K_c=sp.Matrix(tip.rows, n, of_tip), D_c=sp.Matrix(tip.rows, n, lambda k, j: slope(c[k], xd[j])),
         K_tau=of_torques(of.q), D_tau=of_torques(of.qd))

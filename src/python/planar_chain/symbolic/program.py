@@ -18,7 +18,8 @@ OUTPUTS = ("M", "f", "qdd", "J_c", "c", "phi", "A", "B")
 class Program:
     """The program of one Formulas. outputs: {name: matrix}, see OUTPUTS; steps: pairs (symbol, expression).
 
-    linearize: whether A and B of ẋ = A x + B δτ, with x = (δq, δq̇), are among the outputs."""
+    linearize: whether A and B of ẋ = A x + B δτ, with x = (δq, δq̇), are among the outputs. added: symbols for the torques about which they
+    are, beside all that acts; 0 in driven joints."""
 
     def __init__(self, formulas: Formulas, linearize=False):
         self.formulas, self.n = formulas, len(formulas.q)
@@ -26,10 +27,12 @@ class Program:
         self.coordinates, self.conditions = formulas.chain.coordinates, len(formulas.chain.rows)
         self._names = (sp.Symbol(f"x{k}") for k in itertools.count())
         self._angles()
+        self._point_forces()
+        self.steps += formulas.compact.coefficients.items()
         self._equations()
         self._relative_rows()
         self._accelerations()
-        self._drive_torques()
+        self.added = sp.Matrix([0 if j in formulas.driven else sp.Symbol(f"added_{j + 1}", real=True) for j in range(self.n)])
         if linearize:
             self._linearize()
         self.outputs = {name: self.outputs[name] for name in OUTPUTS if name in self.outputs}
@@ -58,11 +61,10 @@ class Program:
     # ---- What is computed ------------------------------------------------------------------------
 
     def _angles(self):
-        """Laws of time, coefficients, absolute angles, their sines and cosines."""
+        """Laws of time, absolute angles, their sines and cosines."""
         of, chain = self.formulas, self.formulas.chain
         first = {law: symbol for symbol, law in reversed(list(of.given.items()))}  # of equal laws
         self.steps += [(symbol, law if first[law] is symbol else first[law]) for symbol, law in of.given.items()]
-        self.steps += of.compact.coefficients.items()
         self.swap = {}  # what stands for functions of angles
         angle, rate = chain.phi, chain.phid
         revolute = self.coordinates.revolute
@@ -89,6 +91,11 @@ class Program:
         shared, reduced = sp.cse([e.xreplace(self.swap) for e in expressions], symbols=self._names, order="none")
         self.steps += shared
         return [self.put(e) for e in reduced]
+
+    def _point_forces(self):
+        for force in self.formulas.point_forces:
+            self.steps += zip(force.start, self._swapped(force.start.values()))
+            self.steps += force.steps.items()
 
     def _equations(self):
         """M_θ, f_θ without the torques of joints, and those torques; J_θ and c of a tip that is held."""
@@ -148,11 +155,17 @@ class Program:
         self.factor = Factored(self, H)
         loads = [self.loads[i] - sum(self.M_theta[i, j] * self.turns[j] for j in range(n)) for i in range(n)]
         rest = [self.tip_rest[j] - sum(self.tip[j, i] * self.turns[i] for i in range(n)) for j in range(self.conditions)]
-        solution = self._solve([*loads, *rest], self.tau)
-        self.turning, self.phi = solution[:size], [self.put(-value) for value in solution[size:]]
-        self.outputs["qdd"] = self._relative(self.turning, of.qdd)
+        self.right = [*loads, *rest]
+        turning, phi = self._motion(self.tau)
+        self.outputs["qdd"] = self._relative(turning, of.qdd)
+        self._drive_torques(self._outer(turning), phi)
         if self.conditions:
-            self.outputs["phi"] = sp.Matrix(self.phi)
+            self.outputs["phi"] = sp.Matrix(phi)
+
+    def _motion(self, torques):
+        """Accelerations of groups, and φ, under these torques in joints."""
+        solution, size = self._solve(self.right, torques), len(self.groups)
+        return solution[:size], [self.put(-value) for value in solution[size:]]
 
     def _solve(self, loads, torques):
         """Accelerations of groups, and −φ, of loads on bodies and right-hand sides of conditions, and of torques in joints."""
@@ -182,16 +195,20 @@ class Program:
                 out[i] = given[i]
         return out
 
-    def _drive_torques(self):
+    def _outer(self, turning):
+        """ẍ"""
+        beta = list(self.turns)
+        for value, group in zip(turning, self.groups):
+            for i in group:
+                beta[i] = self.put(value + self.turns[i])
+        return beta
+
+    def _drive_torques(self, beta, phi):
         """f of driven joints: M q̈ − J_cᵀ φ in these rows, so that the drive gives what it takes."""
         of, n = self.formulas, self.n
-        self.beta = list(self.turns)  # ẍ
-        for value, group in zip(self.turning, self.groups):
-            for i in group:
-                self.beta[i] = self.put(value + self.turns[i])
         if of.driven:
-            inertia = self._sums([self.put(sum(self.M_theta[i, j] * self.beta[j] for j in range(n)) - sum(
-                self.tip[j, i] * self.phi[j] for j in range(self.conditions))) for i in range(n)])
+            inertia = self._sums([self.put(sum(self.M_theta[i, j] * beta[j] for j in range(n)) - sum(
+                self.tip[j, i] * phi[j] for j in range(self.conditions))) for i in range(n)])
             for i in of.driven:
                 self.outputs["f"][i] = inertia[i]
 
@@ -200,9 +217,12 @@ class Program:
     def _linearize(self):
         """M ∂q̈ − J_cᵀ ∂φ = ∂(f − M q̈ + J_cᵀ φ), J_c ∂q̈ = ∂(c − J_c q̈), at the same q̈ and φ."""
         of, n = self.formulas, self.n
-        by_angle = self._outwards(self._slopes_at_rest())
-        by_rate = self._outwards(self._swapped([slope(load, rate) for load in [*of.compact.loads, *of.compact.tip_rest]
-                                                for rate in of.chain.xd]))
+        turning, phi = self._motion(self.tau + self.added)
+        by_angle = self._slopes_at_rest(self._outer(turning), phi)
+        by_rate = self._swapped([slope(load, rate) for load in [*of.compact.loads, *of.compact.tip_rest] for rate in of.chain.xd])
+        for force in of.point_forces:
+            self._add_slopes(force, by_angle, by_rate)
+        by_angle, by_rate = self._outwards(by_angle), self._outwards(by_rate)
         own = [[self.put(slope(of.tau[j], x[j]).xreplace(self.swap)) if j in self.free else 0 for j in range(n)]
                for x in (of.q, of.qd)]
         A, B = sp.zeros(2 * n, 2 * n), sp.zeros(2 * n, n)
@@ -215,24 +235,35 @@ class Program:
                 B[n:, j] = self._relative(self._solve(sp.zeros(slopes.rows, 1), unit), None)
         self.outputs.update(A=A, B=B)
 
-    def _slopes_at_rest(self):
-        """∂(f_θ − M_θ β + J_θᵀ φ)_i/∂x_j at the same β, φ and rates, row by row, and then ∂(c − J_θ β)_i/∂x_j."""
+    def _add_slopes(self, force, by_angle, by_rate):
+        """Those of J_Xᵀ F, at the same J_X."""
+        n, x = self.n, self.formulas.chain.x
+        self.steps += force.tangents.items()
+        J, W = (sp.Matrix(2, n, self._swapped(list(gradient))) for gradient in force.gradients(x))
+        for slopes, change in zip((by_angle, by_rate), force.changes(J, W)):
+            change = change.applyfunc(self.put)
+            for i in range(n):
+                for j in range(n):
+                    slopes[i * n + j] = self.put(slopes[i * n + j] + J[:, i].dot(change[:, j]))
+
+    def _slopes_at_rest(self, beta, phi):
+        """∂(f_θ − M_θ β + J_θᵀ φ)_i/∂x_j at the same β, φ, rates and forces on points, row by row, and then ∂(c − J_θ β)_i/∂x_j."""
         of, n, x = self.formulas, self.n, self.formulas.chain.x
         slopes = self._swapped([slope(load, own) for load in [*of.compact.loads, *of.compact.tip_rest] for own in x])
         of_tip = [(k, i, j) for k in range(self.conditions) for i in range(n) for j in range(n) if of.compact.tip[k, i].has(x[j])]
         for (k, i, j), change in zip(of_tip, self._swapped([slope(of.compact.tip[k, i], x[j]) for k, i, j in of_tip])):
             row, condition = i * n + j, (n + k) * n + j
-            slopes[row] = self.put(slopes[row] + change * self.phi[k])
-            slopes[condition] = self.put(slopes[condition] - change * self.beta[i])
+            slopes[row] = self.put(slopes[row] + change * phi[k])
+            slopes[condition] = self.put(slopes[condition] - change * beta[i])
         # An entry of M_θ depends on the difference of two angles, and on displacements.
         turner = self.coordinates.turner
         changing = [(i, k, j) for i in range(n) for k in range(i, n) for j in range(n)
                     if j != turner[i] and of.compact.bodies[i, k].has(x[j])]
         for (i, k, j), change in zip(changing, self._swapped([slope(of.compact.bodies[i, k], x[j]) for i, k, j in changing])):
             for row, other in [(i, k)] + [(k, i)] * (k > i):
-                slopes[row * n + j] = self.put(slopes[row * n + j] - change * self.beta[other])
+                slopes[row * n + j] = self.put(slopes[row * n + j] - change * beta[other])
                 if j in self.coordinates.revolute and turner[i] != NONE:
-                    slopes[row * n + turner[i]] = self.put(slopes[row * n + turner[i]] + change * self.beta[other])
+                    slopes[row * n + turner[i]] = self.put(slopes[row * n + turner[i]] + change * beta[other])
         return slopes
 
     def _outwards(self, slopes):

@@ -14,8 +14,8 @@ THIN = {"color": "0.45", "linewidth": 0.6, "zorder": 0}
 
 
 def pose(chain):
-    """Whether each joint is prismatic, and q of the sketch: bent and displaced joints. A chain whose tip is held stays as it begins,
-    unless it is stretched."""
+    """Returns for each joint True if it is prismatic, and q of the sketch: bent and displaced joints. A chain whose tip is held stays
+    as it begins, unless it is stretched."""
     prismatic = [link["joint"].get("type") == "prismatic" for link in chain["links"]]
     bend, shift = min(BEND, 2.0 / len(prismatic)), 0.7 * size_of(chain) / len(prismatic)
     if "tip" in chain:

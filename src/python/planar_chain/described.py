@@ -1,0 +1,17 @@
+"""The chain of a Scene with all defaults, repeated links and URDFs written out."""
+
+import json
+import pathlib
+import subprocess
+
+import planar_chain
+
+
+def described(scene):
+    """The object that `equations --chain` prints. Raises RuntimeError."""
+    tool = pathlib.Path(planar_chain.__file__).absolute().parents[3] / "planar_chain" / "equations"
+    run = subprocess.run([str(tool), "/dev/stdin", "--chain"], input=json.dumps(planar_chain.Scene.to_dict(scene)), stdout=subprocess.PIPE,
+                         stderr=subprocess.PIPE, universal_newlines=True, check=False)
+    if run.returncode != 0:
+        raise RuntimeError(run.stderr.strip())
+    return json.loads(run.stdout)
