@@ -117,6 +117,7 @@ Leap::Result Leap::attempt(const State& from, double distance, double h, const I
 
 /// Computes f at the points from one to the next.
 Leap::Result Leap::approach(double distance) {
+  constexpr double rest = 1e-6;  // nearer, rounding is as large as the motion
   std::array<double, points + 1> at{from_.t}, distances{distance};
   node_ = from_;
   for (int i = 0; i < points; ++i) {
@@ -135,14 +136,15 @@ Leap::Result Leap::approach(double distance) {
     if (!f_.project(node_, from_)) return Result::diverged;
     const auto k = static_cast<std::size_t>(i + 1);
     at[k] = node_.t;
-    margin_ = f_.margin();
+    margin_ = std::max(f_.margin(), rest * rest);
     distances[k] = std::sqrt(margin_);
     f_.slope(node_.t, node_.y.data(), slopes_.col(i).data());
   }
   // The crossing, by the nearest state and its neighbour: between them, or ahead of all.
   constexpr double far = 0.3;
-  const auto least = std::min_element(distances.begin(), distances.end());
-  if (*least > far * *std::max_element(distances.begin(), distances.end())) return Result::nothing;
+  const auto [least, most] = std::minmax_element(distances.begin(), distances.end());
+  if (*most <= rest) return Result::diverged;
+  if (*least > far * *most) return Result::nothing;
   const auto k = static_cast<std::size_t>(least - distances.begin());
   const bool isLast = k == points;
   const std::size_t other = isLast || (k > 0 && distances[k - 1] < distances[k + 1]) ? k - 1 : k + 1;
@@ -167,9 +169,12 @@ Leap::Result Leap::iterate(const Integrator& allowance) {
   constexpr int most = 20;
   constexpr double exact = 0.1;  // of the allowance
   constexpr double second = 1;   // s
-  // Of a rate off the branch, at the distance of the last point: it vanishes with the next projections.
-  constexpr double epsilon = std::numeric_limits<double>::epsilon();
-  rounding_ = (1e-13 + 20 * epsilon / margin_) * (1 + from_.y.cwiseAbs().maxCoeff());
+  // Of places and rates off the branch, at the distance of the last point: they vanish with the next
+  // projections.
+  constexpr double epsilon = 20 * std::numeric_limits<double>::epsilon();
+  const double fastest = from_.y.segment(n_, n_).cwiseAbs().maxCoeff();
+  rounding_ = 1e-13 * (1 + from_.y.cwiseAbs().maxCoeff()) + epsilon / std::sqrt(margin_) +
+              epsilon / margin_ * fastest;
   last_ = node_;
   double before = std::numeric_limits<double>::infinity();
   for (int k = 0;; ++k) {
