@@ -300,6 +300,7 @@ class CommandsReplay(InFolder):
         links = {'a': link(0.5, 0.02), 'b': link(1.0, 0.08), 'c': link(0.5, 0.02)}
         for name, angle in zip('abc', at(-1.2)):
             links[name]['initial'] = {'angle': angle}
+        links['c']['mass'] = 2.0  # equal cranks would fall together
         scene = {'chain': ['a', 'b', 'c'], 'links': links, 'tip': {'pin': [1.0, 0.0]}, 'real_time_factor': 1.0,
                  'publish': {'rate': 200.0, 'status_rate': 50.0}}
         failing = {'q': at(0.0), 'qd': [0.0] * 3}
