@@ -25,6 +25,9 @@ struct BatchOptions {
   /// Steps of one run, at most; more fail. Absent: a million for each second, and at least a million, for
   /// a method of fixed step besides the chosen ones.
   std::optional<long long> mostSteps{};
+  /// Commanded torques, N m, and forces of prismatic joints, N. Number (run × times + k) × n + j is held in
+  /// joint j from times[k − 1], or from 0, to times[k], as by Simulation::holdTorque(). Empty: none.
+  std::vector<double> torques{};
   /// If given, it is called about ten times a second from the calling thread, with the number of runs that
   /// have ended. Cancels the batch by returning false.
   std::function<bool(std::size_t ended)> keepGoing{};
@@ -70,7 +73,8 @@ SceneOfRun sceneOfRun(const Value& tree, const Varied& varied);
 void requireTimes(const std::vector<double>& times);
 
 /// Simulates `runs` scenes from time 0, each with as many links as `scene`. times: s, ≥ 0, never falling.
-/// @throws std::invalid_argument for other times, or a negative number of threads or lanes
+/// @throws std::invalid_argument for other times, a negative number of threads or lanes, and torques of a
+/// wrong number, that are not from -1e100 to 1e100, or not 0 in a driven joint
 BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
                          const std::vector<double>& times, const BatchOptions& options = {});
 

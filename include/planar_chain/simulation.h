@@ -23,6 +23,7 @@
 
 #include "planar_chain/derivatives.h"
 #include "planar_chain/energy.h"
+#include "planar_chain/events.h"
 #include "planar_chain/kinematics.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/motion.h"
@@ -88,6 +89,18 @@ class Simulation {
   /// no fault, when keepGoing() does.
   /// @throws std::invalid_argument for a t before time() or not finite
   bool advanceTo(double t, const std::function<bool()>& keepGoing = nullptr);
+
+  /// Advances as above, finds the events on the way, and ends at the first terminal one. An event is between
+  /// the steps, too, and where a function passes 0 twice within one. Its time and state are exact to
+  /// rounding: a step of the method from where the step around it starts. Others leave the motion as it is.
+  /// One that is 0 where the way starts, as at a terminal one, happens when it is next 0. Appends to `found`;
+  /// with that of the last call and the same events, the way goes on: the numbers of terminal events count
+  /// from its start. Allocates.
+  /// @returns true also at a terminal event
+  /// @throws std::invalid_argument also for an event that is not finite. What a function throws is thrown
+  /// again, at the end of a step
+  bool advanceTo(double t, const std::vector<MotionEvent>& events, FoundEvents& found,
+                 const std::function<bool()>& keepGoing = nullptr);
 
   /// Advances to t as advanceTo(), and returns how the state there changes with the present one and with
   /// torques that are held meanwhile (derivatives.h): through motors as commanded torques. In a closed chain

@@ -12,6 +12,7 @@
 
 #include "batch/ensemble.h"
 #include "dynamics/given_state.h"
+#include "model/number_rule.h"
 #include "planar_chain/simulation.h"
 #include "run/step_budget.h"
 
@@ -27,18 +28,58 @@ void requireCounts(const BatchOptions& options) {
   if (!faults.empty()) throw Refused(std::move(faults));
 }
 
+bool isDriven(const Scene& scene, int joint) {
+  return std::any_of(scene.drives.begin(), scene.drives.end(),
+                     [joint](const Drive& drive) { return drive.joint == joint; });
+}
+
+/// Names the first fault of each joint.
+void requireTorques(const Scene& scene, std::size_t runs, std::size_t times,
+                    const std::vector<double>& torques) {
+  if (torques.empty()) return;
+  const std::size_t n = index(scene.chain.size());
+  if (torques.size() != runs * times * n) {
+    throw Refused({{"torques",
+                    std::to_string(runs) + " x " + std::to_string(times) + " x " + std::to_string(n) +
+                        " numbers, for each run, time and joint",
+                    std::to_string(torques.size())}});
+  }
+  std::vector<Fault> faults;
+  for (std::size_t j = 0; j < n; ++j) {
+    const bool isGiven = isDriven(scene, static_cast<int>(j));
+    std::size_t k = j;
+    while (k < torques.size() && (isGiven ? torques[k] == 0 : isFactor(torques[k]))) k += n;
+    if (k >= torques.size()) continue;
+    const std::string place = std::to_string(k / n / times) + "/" + std::to_string(k / n % times) + "/";
+    faults.push_back(
+        {"torques/" + place + std::to_string(j),
+         isGiven ? "0 N m in a driven joint" : factorInWords(torques[k]) + std::string(", in N m"),
+         toText(torques[k])});
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
+}
+
+/// Holds these torques from now on.
+void hold(Simulation& simulation, const double* torques) {
+  for (int j = 0; j < simulation.scene().chain.size(); ++j) {
+    if (torques[j] == 0 && isDriven(simulation.scene(), j)) continue;
+    simulation.holdTorque(j, torques[j], std::numeric_limits<double>::infinity());
+  }
+}
+
 void simulate(Runs& runs, std::size_t run, const Scene& scene) {
   double* const states = runs.stateOf(run, 0);  // those of a lane that was given up
   std::fill_n(states, runs.times.size() * runs.stateSize(), std::numeric_limits<double>::quiet_NaN());
   try {
-    Simulation simulation(scene);
+    Simulation simulation(scene, runs.haveTorques() ? 1 : 0);
     if (const std::string moved = movedWords("", scene.chain, scene.q.data(), simulation.q().data());
         !moved.empty())
       runs.add(run, moved);
-    const StepBudget budget(simulation, runs.duration(), runs.mostSteps);
+    const StepBudget budget(simulation, runs.duration(), runs.options.mostSteps);
     const auto isWanted = [&] { return !runs.cancelled && budget.isLeft(); };
     bool arrives = true;
     for (std::size_t k = 0; k < runs.times.size() && arrives; ++k) {
+      if (runs.haveTorques() && runs.times[k] > simulation.time()) hold(simulation, runs.torquesOf(run, k));
       arrives = simulation.advanceTo(runs.times[k], isWanted);
       if (!arrives) break;
       const auto rates = std::copy(simulation.q().begin(), simulation.q().end(), runs.stateOf(run, k));
@@ -125,10 +166,11 @@ BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun&
                          const std::vector<double>& times, const BatchOptions& options) {
   requireCounts(options);
   requireTimes(times);
+  requireTorques(scene, runs, times.size(), options.torques);
   const auto cores = options.threads > 0 ? static_cast<unsigned>(options.threads)
                                          : std::max(1u, std::thread::hardware_concurrency());
 
-  Runs all(scene, runs, sceneOfRun, times, options.mostSteps);
+  Runs all(scene, runs, sceneOfRun, times, options);
   {
     Workers workers(all);
     for (std::size_t k = 0; k < std::min<std::size_t>(cores, runs); ++k) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "effects/effect_kind.h"
+#include "effects/motors.h"
 #include "lanes/lane_order.h"
 #include "ode/local_stiffness.h"
 #include "ode/taylor.h"
@@ -27,6 +28,11 @@ bool allRunInLanes(const Scene& scene) {
   } catch (const std::exception&) {
     return false;
   }
+}
+
+/// True if a commanded torque acts as it is, but for its limit.
+bool actsAtOnce(const Joint& joint) {
+  return !changesCommands(joint);
 }
 
 bool areSmall(const std::vector<double>& values, double most) {
@@ -61,7 +67,8 @@ const simd::Kernel* Ensemble::kernelFor(const Scene& scene, int mostLanes) {
 Ensemble::Ensemble(const Scene& like, Runs& runs, const simd::Kernel& kernel)
     : runs_(runs),
       settings_(like.integrator),
-      mostSteps_(runs.mostSteps ? *runs.mostSteps : StepBudget::usual(settings_, runs.duration())),
+      mostSteps_(runs.options.mostSteps ? *runs.options.mostSteps
+                                        : StepBudget::usual(settings_, runs.duration())),
       kernel_(kernel),
       run_(kernel_.ensemble[std::min(n_, 3) - 1]),
       order_(ode::Taylor::orderFor(settings_.tolerance)),
@@ -69,7 +76,9 @@ Ensemble::Ensemble(const Scene& like, Runs& runs, const simd::Kernel& kernel)
       control_(controlOf(settings_)),
       series_(n_, order_, kernel_.lanes),
       lanes_(static_cast<std::size_t>(kernel_.lanes)),
-      state_(2 * index(n_)) {
+      state_(2 * index(n_)),
+      steady_(place(n_, 0)),
+      limits_(steady_) {
   const auto make = [this](CacheLines& array, int numbers) { array.resize(place(numbers, 0)); };
   make(ground_, 2);
   make(joints_, simd::EnsembleArrays::jointQuantities * n_);
@@ -87,7 +96,9 @@ bool Ensemble::takes(const Scene& scene) const {
          settings.tolerance == settings_.tolerance && settings.rateTolerance == settings_.rateTolerance &&
          settings.plainKernel == settings_.plainKernel && scene.q.size() == index(n_) &&
          scene.qd.size() == index(n_) && areSmall(scene.q, Windings::mostAngle) &&
-         areSmall(scene.qd, mostRate) && allRunInLanes(scene);
+         areSmall(scene.qd, mostRate) && allRunInLanes(scene) &&
+         (!runs_.haveTorques() ||
+          std::all_of(scene.chain.joints().begin(), scene.chain.joints().end(), actsAtOnce));
 }
 
 void Ensemble::begin(std::size_t run, Scene scene) {
@@ -98,6 +109,9 @@ void Ensemble::begin(std::size_t run, Scene scene) {
     const Joint& joint = scene.chain.joints()[index(j)];
     double torque = joint.stiffness * joint.restAngle;
     for (const Load& load : scene.loads) torque += load.joint == j ? load.torque : 0;
+    steady_[place(j, lane)] = torque;
+    limits_[place(j, lane)] =
+        joint.has("effort_limit") ? joint.other("effort_limit") : std::numeric_limits<double>::infinity();
     series_.put(j, lane, scene.chain.links()[index(j)]);
     putInLane(joints_.data(), place(j, lane), lanes_.size(), {joint.stiffness, joint.damping, torque});
   }
@@ -115,8 +129,24 @@ void Ensemble::begin(std::size_t run, Scene scene) {
   h_[lane] = firstGuess;
   lanes_[lane] = {Given{run, std::move(scene)}};
   lanes_[lane].balance.emplace(lanes_[lane].given->scene);
+  if (runs_.haveTorques()) holdTorques(lane);
   balances(lane);
   ++inUse_;
+}
+
+void Ensemble::holdTorques(std::size_t k) {
+  Lane& lane = lanes_[k];
+  while (lane.held < runs_.times.size() && runs_.times[lane.held] <= lane.t) ++lane.held;
+  if (lane.held == runs_.times.size()) return;
+  const double* const torques = runs_.torquesOf(lane.given->run, lane.held);
+  double inner = 0;
+  for (int j = 0; j < n_; ++j) {
+    const double limit = limits_[place(j, k)], theta = c_[place(j, k)];
+    const double torque = steady_[place(j, k)] + std::clamp(torques[j], -limit, limit);
+    lane.supplied += (torqueIn(j, k) - torque) * (theta - inner);
+    torqueIn(j, k) = torque;
+    inner = theta;
+  }
 }
 
 simd::EnsembleArrays Ensemble::arrays() {
@@ -143,6 +173,9 @@ std::vector<Ensemble::Given> Ensemble::step() {
   };
   for (std::size_t k = 0; k < lanes_.size(); ++k) {
     if (!lanes_[k].given) continue;
+    lanes_[k].end = lanes_[k].t + h_[k];
+    if (runs_.haveTorques() && lanes_[k].held < runs_.times.size())
+      lanes_[k].end = std::min(lanes_[k].end, runs_.times[lanes_[k].held]);
     const bool isUnchecked = lanes_[k].unchecked == EnergyCheck::period;
     if (isHopeless(k) || (isUnchecked && !balances(k))) hopeless.push_back(leave(lanes_[k]));
   }
@@ -164,13 +197,15 @@ std::vector<Ensemble::Given> Ensemble::step() {
       runs_.result.runs[run].steps = lane.steps;
       runs_.end(run, isDone ? RunOutcome::done : RunOutcome::cancelled);
     } else {
-      const double next = lane.t + h_[k];
-      ahead_[k] = next - lane.t;
-      lane.t = next;
+      ahead_[k] = lane.end - lane.t;
+      lane.t = lane.end;
     }
   }
   if (all.joints) dissipate(all);
   run_.take(all, ahead_.data());
+  for (std::size_t k = 0; runs_.haveTorques() && k < lanes_.size(); ++k) {
+    if (lanes_[k].given && lanes_[k].held < lanes_[k].next) holdTorques(k);
+  }
   return hopeless;
 }
 
@@ -180,8 +215,10 @@ bool Ensemble::balances(std::size_t k) {
   double* const y = state_.data();
   for (int i = 0; i < 2 * n_; ++i) y[i] = c_[place(i, k)];
   const Energy energy = energyOf(scene.chain, y, y + n_);
-  Eigen::Vector2d works{0, lane.dissipated};
+  Eigen::Vector2d works{lane.supplied, lane.dissipated};
   for (const Load& load : scene.loads) works[0] += load.torque * relative(y, load.joint);
+  for (int j = 0; runs_.haveTorques() && j < n_; ++j)
+    works[0] += (torqueIn(j, k) - steady_[place(j, k)]) * relative(y, j);
   if (lane.steps == 0) lane.balance->begin(lane.t, energy, works);
   return lane.balance->accept(lane.t, y, energy, works, std::exchange(lane.unchecked, 0));
 }
@@ -213,8 +250,7 @@ void Ensemble::writeStates() {
     bool isAnyDue = false;
     for (std::size_t k = 0; k < lanes_.size(); ++k) {
       const Lane& lane = lanes_[k];
-      const bool isDue =
-          lane.given && lane.next < runs_.times.size() && runs_.times[lane.next] <= lane.t + h_[k];
+      const bool isDue = lane.given && lane.next < runs_.times.size() && runs_.times[lane.next] <= lane.end;
       ahead_[k] = isDue ? runs_.times[lane.next] - lane.t : -1;
       isAnyDue = isAnyDue || isDue;
     }

@@ -7,7 +7,8 @@
 /// and 2.3 times in eight, and 1.7 times the time (`batches 32`, with h_ set to its minimum in step()).
 /// States between steps come from the series: output shortens no step. A lane that has ended takes the next
 /// run. Some runs are given up: those that are stiff, whose angles make many turns, whose energy balance does
-/// not close, or that fail. A Simulation begins them anew.
+/// not close, or that fail. A Simulation begins them anew. Where torques are held, a step ends with each
+/// interval: the next one has a series of its own, and no estimate looks across the jump.
 
 #include <optional>
 #include <vector>
@@ -44,8 +45,10 @@ class Ensemble {
  private:
   struct Lane {
     std::optional<Given> given;  ///< nothing: this lane is free
-    double t = 0;
-    std::size_t next = 0;  ///< of the times
+    double t = 0, end = 0;       ///< of the step
+    std::size_t next = 0;        ///< of the times
+    std::size_t held = 0;        ///< the time until which the present torques are held
+    double supplied = 0;         ///< W_s less the work that the present torques do from q = 0 on, J
     long long steps = 0;
     double turned = 0;  ///< about the angles that the steps have turned, rad
     std::optional<EnergyCheck> balance{};
@@ -57,6 +60,12 @@ class Ensemble {
 
   simd::EnsembleArrays arrays();
   std::size_t place(int i, std::size_t lane) const { return index(i) * lanes_.size() + lane; }
+  /// Holds the torques of the interval that begins now.
+  void holdTorques(std::size_t lane);
+  /// At q = 0.
+  double& torqueIn(int joint, std::size_t lane) {
+    return joints_[place(simd::EnsembleArrays::jointQuantities * joint + 2, lane)];
+  }
   void findTurningTimes(const simd::EnsembleArrays& all);
   void writeStates();
   bool isHopeless(std::size_t lane);
@@ -79,6 +88,7 @@ class Ensemble {
   std::vector<Lane> lanes_;
   std::vector<double> state_;  ///< of one lane
   std::size_t inUse_ = 0;
+  std::vector<double> steady_, limits_;  ///< torques at q = 0 but for those held, and their limits, N m
   CacheLines ground_, joints_, N_, c_, carry_, h_, ahead_, within_, power_, turning_, direction_, scratch_,
       states_;
 };

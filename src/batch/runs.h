@@ -16,15 +16,15 @@ namespace planar_chain {
 class Runs {
  public:
   Runs(const Scene& scene, std::size_t count, const SceneOfRun& sceneOfRun,
-       const std::vector<double>& theTimes, std::optional<long long> most)
-      : times(theTimes), n(scene.chain.size()), mostSteps(most), scene_(scene), sceneOfRun_(sceneOfRun) {
+       const std::vector<double>& theTimes, const BatchOptions& theOptions)
+      : times(theTimes), n(scene.chain.size()), options(theOptions), scene_(scene), sceneOfRun_(sceneOfRun) {
     result.runs.resize(count);
     result.states.assign(count * times.size() * stateSize(), std::numeric_limits<double>::quiet_NaN());
   }
 
   const std::vector<double>& times;
-  const int n;                               ///< links
-  const std::optional<long long> mostSteps;  ///< as BatchOptions have it
+  const int n;  ///< links
+  const BatchOptions& options;
   double duration() const { return times.empty() ? 0 : times.back(); }
   BatchResult result;
   std::atomic<bool> cancelled{false};
@@ -61,6 +61,12 @@ class Runs {
   std::size_t stateSize() const { return 2 * static_cast<std::size_t>(n); }
   double* stateOf(std::size_t run, std::size_t time) {
     return result.states.data() + (run * times.size() + time) * stateSize();
+  }
+
+  bool haveTorques() const { return !options.torques.empty(); }
+  /// Those that are held until this time.
+  const double* torquesOf(std::size_t run, std::size_t time) const {
+    return options.torques.data() + (run * times.size() + time) * static_cast<std::size_t>(n);
   }
 
   void end(std::size_t run, RunOutcome outcome) {

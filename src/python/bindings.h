@@ -29,6 +29,10 @@ namespace py = pybind11;
 /// An array of doubles. One of another type or order is converted; others are not copied.
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
+inline Numbers copyOf(const std::vector<double>& values) {
+  return Numbers(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
 /// A scene and the tree of values that it was read from.
 struct TreeAndScene {
   Value tree;

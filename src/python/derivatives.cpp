@@ -1,15 +1,19 @@
 #include "planar_chain/derivatives.h"
 
+#include <optional>
 #include <utility>
 
 #include "python/running.h"
+#include "python/watching.h"
 
 namespace planar_chain::python {
 
-/// The motion and its derivatives, as simulate() returns them.
+/// The motion, its derivatives and events, as simulate() returns them.
 struct Run {
-  Numbers states;
-  py::dict derivatives;
+  py::object times, states;
+  py::dict derivatives{};
+  py::list timesOfEvents{}, statesOfEvents{};
+  py::object terminal = py::none();
 };
 
 namespace {
@@ -31,34 +35,48 @@ class Following {
 constexpr const char* byState = "state";
 constexpr const char* byTorques = "torques";
 
+/// The first rows of an array.
+py::object firstOf(const py::object& array, py::ssize_t rows) {
+  return array[py::slice(0, rows, 1)];
+}
+
 }  // namespace
 
-py::object differentiated(const TreeAndScene& scene, const std::vector<double>& instants,
-                          const py::object& names, const py::object& mostSteps) {
+py::object runOf(const TreeAndScene& scene, const std::vector<double>& instants, const py::object& names,
+                 const py::object& events, const py::object& mostSteps) {
+  std::optional<Watching> watching;
+  if (!events.is_none()) watching.emplace(events);
   std::vector<std::string> wanted;
   std::vector<VariedNumber> numbers;
-  for (const py::handle& name : py::list(names)) {
+  for (const py::handle& name : names.is_none() ? py::list() : py::list(names)) {
     wanted.push_back(textOf(py::reinterpret_borrow<py::object>(name), "derivatives"));
     if (wanted.back() != byState && wanted.back() != byTorques)
       numbers.push_back(variedNumber(scene.tree, wanted.back()));
   }
   Running running(scene, 0);
   const StepBudget budget = running.budget(instants.empty() ? 0 : instants.back(), stepsOf(mostSteps));
-  const Following following(running.idle(), numbers);
+  std::optional<Following> following;
+  if (!names.is_none()) following.emplace(running.idle(), numbers);
   const auto rows = static_cast<py::ssize_t>(2 * running.size()),
              count = static_cast<py::ssize_t>(instants.size());
-  Run run{Numbers({count, rows}), {}};
+  Numbers states({count, rows});
   std::vector<Numbers> arrays;
   for (const std::string& name : wanted) {
     arrays.emplace_back(std::vector<py::ssize_t>{count, rows,
                                                  name == byState     ? rows
                                                  : name == byTorques ? rows / 2
                                                                      : py::ssize_t{1}});
-    run.derivatives[py::str(name)] = arrays.back();
   }
-  for (py::ssize_t k = 0; k < count; ++k) {
-    running.advanceTo(instants[static_cast<std::size_t>(k)], budget);
-    running.writeState(run.states.mutable_data(k, 0));
+  py::ssize_t made = 0;  // rows
+  for (bool isOver = false; made < count && !isOver;) {
+    const py::ssize_t k = made;
+    const double t = instants[static_cast<std::size_t>(k)];
+    if (watching) isOver = watching->advanceTo(running, t, budget);
+    if (!watching) running.advanceTo(t, budget);
+    if (running.idle().time() < t) break;
+    ++made;
+    running.writeState(states.mutable_data(k, 0));
+    if (!following) continue;
     const Derivatives at = running.idle().derivatives();
     Eigen::Index number = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -69,13 +87,26 @@ py::object differentiated(const TreeAndScene& scene, const std::vector<double>& 
       Eigen::Map<RowMajor>(arrays[i].mutable_data(k, 0, 0), columns.rows(), columns.cols()) = columns;
     }
   }
+  Run run{firstOf(Numbers(count, instants.data()), made), firstOf(states, made)};
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    run.derivatives[py::str(wanted[i])] = firstOf(arrays[i], made);
+  if (watching) {
+    run.timesOfEvents = watching->times();
+    run.statesOfEvents = watching->states(2 * running.size());
+    run.terminal = watching->terminal();
+  }
   return py::cast(run);
 }
 
 void bindDerivatives(py::module& module, py::class_<Running>& simulation) {
-  py::class_<Run>(module, "Run", "What simulate() returns with derivatives.")
+  py::class_<Run>(module, "Run", "What simulate() returns with derivatives or events.")
+      .def_readonly("times", &Run::times, "Those reached before a terminal event, s.")
       .def_readonly("states", &Run::states, "times × 2n: q (rad), then q̇ (rad/s).")
-      .def_readonly("derivatives", &Run::derivatives, "Arrays by name: times × 2n × columns.");
+      .def_readonly("derivatives", &Run::derivatives, "Arrays by name: times × 2n × columns.")
+      .def_readonly("t_events", &Run::timesOfEvents, "For each event an array of its times, s.")
+      .def_readonly("y_events", &Run::statesOfEvents,
+                    "For each event an array of the states then, times × 2n.")
+      .def_readonly("terminal", &Run::terminal, "The number of the event that ended the run, or None.");
   simulation.def(
       "transition",
       [](Running& self, const py::object& t, const py::object& mostSteps) {

@@ -20,9 +20,28 @@ struct Runs {
 
 namespace {
 
+/// Writes torques, and their number of runs.
+void readTorques(const py::object& given, py::ssize_t times, py::ssize_t joints,
+                 std::optional<std::size_t>& runs, std::vector<double>& to) {
+  if (given.is_none()) return;
+  const Numbers torques = arrayOf(given, "torques");
+  const bool fits = torques.ndim() == 3 && torques.shape(1) == times && torques.shape(2) == joints &&
+                    (!runs || static_cast<std::size_t>(torques.shape(0)) == *runs);
+  if (!fits) {
+    const std::string expected = runs ? std::to_string(*runs) : "runs";
+    throw Refused({{"torques",
+                    "an array of " + expected + " x " + std::to_string(times) + " x " +
+                        std::to_string(joints) + ", for each run, time and joint",
+                    shapeOf(torques)}});
+  }
+  to.assign(torques.data(), torques.data() + torques.size());
+  runs = static_cast<std::size_t>(torques.shape(0));
+}
+
 /// The numbers that differ between runs, and the number of runs.
 std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const py::object& initial,
-                                        const py::object& parameters) {
+                                        const py::object& parameters, const py::object& torques,
+                                        std::size_t times, std::vector<double>& held) {
   const py::ssize_t width = 2 * scene.scene.chain.size();
   Varied varied;
   std::optional<std::size_t> runs;
@@ -34,8 +53,8 @@ std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const py::obj
     }
     varied.starts.assign(starts.data(), starts.data() + starts.size());
     runs = static_cast<std::size_t>(starts.shape(0));
-  } else if (columns.empty()) {
-    throw Refused({{"initial", "initial states, parameters, or both", "neither"}});
+  } else if (columns.empty() && torques.is_none()) {
+    throw Refused({{"initial", "initial states, parameters, or torques", "none of them"}});
   }
   for (const auto& [key, values] : columns) {
     const std::string path = textOf(py::reinterpret_borrow<py::object>(key), "parameters");
@@ -43,6 +62,7 @@ std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const py::obj
         numbersOf(py::reinterpret_borrow<py::object>(values), path.c_str(), runs);
     runs = column.size();
   }
+  readTorques(torques, static_cast<py::ssize_t>(times), width / 2, runs, held);
   return {std::move(varied), *runs};
 }
 
@@ -67,13 +87,13 @@ std::map<std::size_t, std::string> saidBy(const Runs& runs, std::string BatchRun
 
 Runs simulateMany(const TreeAndScene& scene, const py::object& times, const py::object& initial,
                   const py::object& parameters, const py::object& threads, const py::object& progress,
-                  const py::object& mostSteps) {
+                  const py::object& mostSteps, const py::object& torques) {
   const std::vector<double> instants = timesOf(times);
-  const auto [varied, runs] = variedBy(scene, initial, parameters);
+  BatchOptions options;
+  const auto [varied, runs] = variedBy(scene, initial, parameters, torques, instants.size(), options.torques);
   if (!progress.is_none() && PyCallable_Check(progress.ptr()) == 0) {
     throw Refused({{"progress", "a function of the number of runs that have ended", shown(progress)}});
   }
-  BatchOptions options;
   options.threads = static_cast<int>(countOf(threads, "threads", 0, 1 << 20));
   options.mostSteps = stepsOf(mostSteps);
   options.keepGoing = [&](std::size_t ended) {
@@ -146,11 +166,14 @@ void bindMany(py::module& module) {
   module.def("simulate_many", &simulateMany, py::arg("scene"), py::arg("times"),
              py::arg("initial") = py::none(), py::arg("parameters") = py::dict(), py::arg("threads") = 0,
              py::arg("progress") = py::none(), py::arg("most_steps") = py::none(),
+             py::arg("torques") = py::none(),
              R"(Simulates a scene many times, on all cores (or so many threads), and returns Runs.
 
 times: s, from 0, never falling. initial: runs × 2n first states, q (rad) and then q̇ (rad/s). parameters: a
 dict from paths in the scene, such as 'links/lower/mass', to arrays of one number a run. progress: called
-about ten times a second with the number of runs that have ended.
+about ten times a second with the number of runs that have ended. torques: runs × times × n, commanded torques
+(N m; N in a prismatic joint), each held from the time before (at first from 0) to its time, as hold_torques() holds
+them.
 
 Raises Refused, with all faults, if the scene has no number at a path, or if initial and a path set the same
 state. The results depend neither on the number of threads nor on the

@@ -86,9 +86,15 @@ class Running {
 
   /// cure: words after the reason of a failure
   void advanceTo(double t, const StepBudget& budget, const char* cure = "") {
+    advance([t](Simulation& simulation, const auto& keepGoing) { return simulation.advanceTo(t, keepGoing); },
+            budget, cure);
+  }
+  /// The same by way(simulation, keepGoing), which returns true if it arrives.
+  template <class Way>
+  void advance(const Way& way, const StepBudget& budget, const char* cure) {
     const bool arrives = alone([&](Simulation& simulation) {
       Uninterrupted isUninterrupted;
-      return simulation.advanceTo(t, [&] { return isUninterrupted() && budget.isLeft(); });
+      return way(simulation, [&] { return isUninterrupted() && budget.isLeft(); });
     });
     if (arrives) return;
     if (PyErr_Occurred()) throw py::error_already_set();
@@ -114,6 +120,10 @@ class Running {
            (isBusy_ ? ", advanced by a thread" : ", t = " + toText(simulation_->time()) + " s");
   }
 
+  /// Of the last advance_to() with events: for each event an array of times, and one of states.
+  /// Empty: there was none.
+  py::object timesOfEvents, statesOfEvents;
+
   /// Writes q and then q̇, 2n.
   void writeState(double* to) {
     const Simulation& simulation = idle();
@@ -127,11 +137,13 @@ class Running {
 };
 
 void bindCommands(py::class_<Running>& simulation);
-/// Simulation.transition(), and what simulate() returns with derivatives.
+/// Simulation.transition(), and what simulate() returns with derivatives or events.
 void bindDerivatives(py::module& module, py::class_<Running>& simulation);
-/// simulate() with a list of derivatives.
-py::object differentiated(const TreeAndScene& scene, const std::vector<double>& instants,
-                          const py::object& names, const py::object& mostSteps);
+/// simulate() with a list of derivatives, or with events. Either may be None.
+py::object runOf(const TreeAndScene& scene, const std::vector<double>& instants, const py::object& names,
+                 const py::object& events, const py::object& mostSteps);
+/// Simulation.advance_to(), and the events on its way.
+void bindAdvance(py::class_<Running>& simulation);
 /// Motions of frames.
 void bindMotion(py::class_<Running>& simulation);
 /// Laws that driven joints and the base follow.

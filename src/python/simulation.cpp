@@ -8,6 +8,7 @@
 #include "dynamics/given_state.h"
 #include "planar_chain/batch.h"
 #include "python/running.h"
+#include "python/watching.h"
 
 namespace planar_chain::python {
 
@@ -23,10 +24,6 @@ Numbers stateOf(Running& self) {
   Numbers state = emptyOf(2 * self.size());
   self.writeState(state.mutable_data());
   return state;
-}
-
-Numbers copyOf(const std::vector<double>& values) {
-  return Numbers(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
 /// One record a link. Its fields are the members of LinkMotion.
@@ -157,18 +154,6 @@ number of commands, another version of the program or another kind of CPU.)")
 void bindState(py::class_<Running>& simulation) {
   const auto q = py::arg("q"), qd = py::arg("qd");
   simulation
-      .def(
-          "advance_to",
-          [](Running& self, const py::object& t, const py::object& mostSteps) {
-            const double end = numberOf(t, "t");
-            self.advanceTo(end, self.budget(end, stepsOf(mostSteps)),
-                           "; set_state(), settle(), reset() or clear_commands() lets it go on");
-          },
-          py::arg("t"), py::arg("most_steps") = py::none(),
-          R"(Integrates to time t (s, not before `time`). Other threads run meanwhile; Ctrl-C interrupts.
-
-Raises Failed when the integration fails, or after most_steps steps: by default a million for each second so far,
-and at least a million. The state is then that of the last good step.)")
       .def_property_readonly(
           "time", [](Running& self) { return self.idle().time(); }, "s")
       .def_property_readonly("state", &stateOf, "A new array, 2n: angles q (rad), then rates (rad/s).")
@@ -299,6 +284,7 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
                    return released([&] { return std::make_unique<Running>(from, commands, true); });
                  }),
                  py::arg("scene"), py::arg("commands") = 16);
+  bindAdvance(simulation);
   bindState(simulation);
   bindSaving(module, simulation);
   bindQuantities(simulation);
@@ -311,10 +297,11 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
   module.def(
       "simulate",
       [](const TreeAndScene& scene, const py::object& times, const py::object& mostSteps,
-         const py::object& derivatives) -> py::object {
+         const py::object& derivatives, const py::object& events) -> py::object {
         const std::vector<double> instants = timesOf(times);
         requireTimes(instants);
-        if (!derivatives.is_none()) return differentiated(scene, instants, derivatives, mostSteps);
+        if (!derivatives.is_none() || !events.is_none())
+          return runOf(scene, instants, derivatives, events, mostSteps);
         Running running(scene, 0);
         const StepBudget budget = running.budget(instants.empty() ? 0 : instants.back(), stepsOf(mostSteps));
         Numbers states(
@@ -326,12 +313,15 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
         return std::move(states);
       },
       py::arg("scene"), py::arg("times"), py::arg("most_steps") = py::none(),
-      py::arg("derivatives") = py::none(),
+      py::arg("derivatives") = py::none(), py::arg("events") = py::none(),
       R"(Returns the states at the times (s, from 0, never falling): times × 2n, q (rad) and then q̇ (rad/s).
 
 With derivatives, a list of "state", "torques" and paths of numbers of the scene, it returns a Run: states, and the dict
 derivatives, whose arrays are times × 2n × columns: by the first state, by torques that are held in the joints, by each
 number. Raises ValueError if the motion has none.
+
+With events, as Simulation.advance_to() takes them, it returns a Run, too: times and states up to a terminal event, whose
+number is terminal, and t_events and y_events.
 
 Raises Failed when the integration fails, or after most_steps steps, as Simulation.advance_to().)");
 }

@@ -13,7 +13,7 @@ namespace planar_chain {
 namespace {
 
 /// Increase it when a class saves other members.
-constexpr int format = 1;
+constexpr int format = 2;
 const std::string firstWords = "planar_chain state " + std::to_string(format) + "\n";
 
 /// FNV-1a.
@@ -86,6 +86,7 @@ void Simulation::Parts::saveOrRestore(Snapshot& snapshot) {
   saveOrRestoreFallbacks(snapshot);
   snapshot(fallback, goodChecks, rescueLength, meanStep, rescues, unchecked, switchedSince);
   snapshot(state, y, q, qd, energyAtStart, actsOtherwise, fault);
+  snapshot(watchedTo, nearEvents);
   if (sampler) snapshot(*sampler);
 }
 

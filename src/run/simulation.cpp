@@ -45,7 +45,7 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
   p.begin();
   if (p.sampler && p.state.t < t) p.sampler->measureAt(p.state);  // at time 0, once something moves
   bool isWanted = true;
-  while (p.state.t < t && p.fault.empty() && (isWanted || p.unchecked > 0)) {
+  while (p.state.t < t && p.fault.empty() && !p.isOver() && (isWanted || p.unchecked > 0)) {
     p.advance(t);
     isWanted = isWanted && (!keepGoing || keepGoing());
   }
@@ -53,6 +53,27 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
   p.readRelative();
   p.velocities.update(p.qd);
   return p.fault.empty() && p.state.t >= t;
+}
+
+bool Simulation::advanceTo(double t, const std::vector<MotionEvent>& events, FoundEvents& found,
+                           const std::function<bool()>& keepGoing) {
+  Parts& p = *parts_;
+  requireNotBefore(t, p.state.t);
+  const bool goesOn =
+      found.t == p.state.t && found.timesSet == timesSet_ && found.signs.size() == events.size();
+  EventWatch watch(events, found, goesOn, p.watchedTo == p.state.t ? p.nearEvents : std::vector<double>(),
+                   p.dynamics, p.n,
+                   [&p](double at, const double* y, auto& q, auto& qd) { p.toRelative(at, y, q, qd); });
+  const auto forget = [&p](EventWatch*) { p.watch = nullptr; };
+  const std::unique_ptr<EventWatch, decltype(forget)> atEnd(p.watch = &watch, forget);
+  const bool moves = t > p.state.t;
+  found.terminal.reset();
+  const bool arrives = advanceTo(t, keepGoing);
+  if (!moves) return arrives;
+  found.t = p.watchedTo = p.state.t;
+  found.timesSet = timesSet_;
+  watch.end(p.state.t, p.nearEvents);
+  return arrives || (p.fault.empty() && found.terminal);
 }
 
 Derivatives Simulation::transition(double t) {

@@ -17,6 +17,7 @@
 #include "effects/motors.h"
 #include "planar_chain/simulation.h"
 #include "run/energy_guard.h"
+#include "run/event_watch.h"
 #include "run/fallbacks.h"
 #include "run/motion_derivatives.h"
 #include "run/requirements.h"
@@ -56,6 +57,9 @@ struct Simulation::Parts {
   std::string fault;
   std::unique_ptr<Sampler> sampler;                // nullptr: nothing is measured
   std::unique_ptr<MotionDerivatives> derivatives;  // nullptr: they are not followed
+  EventWatch* watch = nullptr;                     // nullptr: no events are watched
+  double watchedTo = -1;                           // s: where events were last watched
+  std::vector<double> nearEvents;                  // likewise, what they were near 0
   Eigen::VectorXd pieceFrom;                       // for these: y where the present piece began
 
   Parts(const Scene& given, int commandCapacity, bool measures)
@@ -197,14 +201,16 @@ struct Simulation::Parts {
     const double longest = dynamics.effects().longestStep();
     const double begin = state.t;
     if (derivatives) pieceFrom = y;
-    const ode::Outcome outcome = sampler ? sampler->integrate(integrator(), state, end, longest)
-                                         : integrator().integrate(state, end, longest, EnergyCheck::period);
+    ode::Integrator& steps = watch ? watch->over(integrator()) : integrator();
+    const ode::Outcome outcome = sampler ? sampler->integrate(steps, state, end, longest)
+                                         : steps.integrate(state, end, longest, EnergyCheck::period);
     restore();
+    if (watch) watch->take();
 
     // The balance of energy, every few steps.
     unchecked += integrator().count().accepted - before;
     const bool hasSwitched = outcome == ode::Outcome::switched;
-    const bool isDue = !hasSwitched || unchecked >= EnergyCheck::period || state.t >= end;
+    const bool isDue = !hasSwitched || unchecked >= EnergyCheck::period || state.t >= end || isOver();
     if (ode::hasFailed(outcome) || (isDue && !guard.accept(state, y.data(), unchecked)))
       return goBack(outcome);
     if (derivatives) derivatives->follow(begin, pieceFrom, state.t);
@@ -244,6 +250,7 @@ struct Simulation::Parts {
     unchecked = 0;
     if (sampler) sampler->bank().dropAfter(state.t);
     if (derivatives) derivatives->goBack();
+    if (watch) watch->goBack(state.t);
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
     if (fallback + 1 == fallbackCount) {
       return describeFailure(fault, scene, state.t, y.data(), outcome, guard.gap(), dynamics, coordinates);
@@ -260,6 +267,9 @@ struct Simulation::Parts {
     integrator().begin();
   }
 
+  /// True if the way ends here, at an event.
+  bool isOver() const { return watch && watch->isOver(); }
+
   /// True if another method will be faster: the motion is stiff, or a stop ends unstable steps at once.
   bool isStuck() { return fallback + 1 < fallbackCount && meanStep.isSlow(integrator().count(), state.t); }
 
@@ -267,11 +277,13 @@ struct Simulation::Parts {
   void saveOrRestore(Snapshot& snapshot);
   void saveOrRestoreFallbacks(Snapshot& snapshot);
 
-  void readRelative() {
-    coordinates.toRelative(y.data(), q.data());
-    coordinates.toRelative(y.data() + n, qd.data());
-    dynamics.hold(state.t, q.data(), qd.data());
-    windings.addTo(q);
+  void readRelative() { toRelative(state.t, y.data(), q, qd); }
+  /// Of a state in chain order.
+  void toRelative(double t, const double* from, std::vector<double>& toQ, std::vector<double>& toQd) {
+    coordinates.toRelative(from, toQ.data());
+    coordinates.toRelative(from + n, toQd.data());
+    dynamics.hold(t, toQ.data(), toQd.data());
+    windings.addTo(toQ);
   }
 };
 

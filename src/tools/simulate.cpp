@@ -15,6 +15,8 @@
 #include "ros/bag/bags.h"
 #include "run/step_budget.h"
 #include "tools/common.h"
+#include "tools/csv.h"
+#include "tools/until.h"
 
 namespace planar_chain::tools {
 namespace {
@@ -50,24 +52,6 @@ Rows rowsOf(double duration, double rate, std::vector<Fault>& faults) {
     faults.push_back({"--rate", "at most 100000000 rows in all", toText(rows.last)});
   }
   return rows;
-}
-
-// ---- The CSV file ----------------------------------------------------------------------------
-
-void writeHeader(std::FILE* csv, const Chain& chain) {
-  std::fputs("t", csv);
-  for (const char* prefix : {"q_", "qd_"}) {
-    for (const Joint& joint : chain.joints()) std::fprintf(csv, ",%s%s", prefix, joint.name.c_str());
-  }
-  std::fputs(",energy\n", csv);
-}
-
-/// t: of the run, s, which goes on where a service sets the state or the scene's time.
-void writeRow(std::FILE* csv, double t, const Simulation& simulation) {
-  std::fprintf(csv, "%.17g", t);
-  for (const double q : simulation.q()) std::fprintf(csv, ",%.17g", q);
-  for (const double qd : simulation.qd()) std::fprintf(csv, ",%.17g", qd);
-  std::fprintf(csv, ",%.17g\n", simulation.energy().total());
 }
 
 // ---- Progress and summary --------------------------------------------------------------------
@@ -150,6 +134,9 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
   if (given.has("node") && !wantsBags(given)) {
     faults.push_back({"--node", "--bag, --commands or --write-urdf, whose node it names", "none of them"});
   }
+  if (given.has("until") && wantsBags(given)) {
+    faults.push_back({"--until", "neither --bag, --commands nor --write-urdf beside it", "one of them"});
+  }
   if (given.has("views") && !given.has("bag")) {
     faults.push_back({"--views", "--bag, which they are written to", "none"});
   }
@@ -213,6 +200,7 @@ Scene sceneOf(const Arguments& given, bool hasBags) {
   std::vector<Fault> faults;
   const double duration = given.number("duration", "a finite number > 0 s", 0, 1, faults);
   stepsOf(given, faults);
+  untilOf(given, faults);
   const double rate = given.number("rate", "a finite number > 0 rows a second", 0, 100, faults);
   rowsOf(duration, rate, faults);
   if (!given.has("duration") && !given.has("commands") && !given.has("check")) {
@@ -220,9 +208,10 @@ Scene sceneOf(const Arguments& given, bool hasBags) {
         {"--duration", "a finite number > 0 s, or --commands with a bag that has the states", "neither"});
   }
   checkFiles(given, faults);
-  checkAlone(given, "check",
-             {"duration", "rate", "csv", "bag", "views", "commands", "write-urdf", "node", "most-steps"},
-             faults);
+  checkAlone(
+      given, "check",
+      {"duration", "until", "rate", "csv", "bag", "views", "commands", "write-urdf", "node", "most-steps"},
+      faults);
   const auto amend = [&](Value& value) {
     for (const char* key : {"method", "tolerance", "step"})
       override(value, "integrator", key, given.text(key));
@@ -260,48 +249,29 @@ void tellUnused(const Arguments& given, const std::string& method) {
                        : "chooses its steps; --step only applies to fixed-step methods");
 }
 
-/// The CSV file, if one is wanted. "-" is standard output.
-class Csv {
- public:
-  Csv(const std::optional<std::string>& path, const Chain& chain)
-      : name_(path == "-" ? "standard output" : path.value_or("")) {
-    if (!path) return;
-    file_.reset(path == "-" ? fdopen(dup(STDOUT_FILENO), "w") : std::fopen(path->c_str(), "w"));
-    require(file_ != nullptr);
-    writeHeader(file_.get(), chain);
-  }
-  void write(double t, const Simulation& simulation) {
-    if (!file_) return;
-    writeRow(file_.get(), t, simulation);
-    require(std::ferror(file_.get()) == 0);
-  }
-  void close() {
-    if (file_) require(std::fclose(file_.release()) == 0);
-  }
-  bool isOnTerminal() const { return file_ && isatty(fileno(file_.get())) == 1; }
-
- private:
-  void require(bool isGood) const {
-    if (!isGood) throw std::runtime_error("cannot write " + name_ + ": " + std::strerror(errno));
-  }
-
-  const std::string name_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, std::fclose};
-};
-
-/// Runs row by row. Returns false if the run failed or was interrupted; k: the rows that were made.
-bool runRows(Simulation& simulation, Bags* bags, const Rows& rows, const StepBudget& budget, Csv& csv,
-             double& k) {
+/// Runs row by row, or to the event: the last row is there then. Returns false if the run failed or was
+/// interrupted; k: the rows that were made.
+bool runRows(Simulation& simulation, Bags* bags, Rows& rows, const std::vector<MotionEvent>& events,
+             const StepBudget& budget, Csv& csv, double& k) {
   Progress progress(csv.isOnTerminal());
   const auto keepGoing = [&] {
     progress.show(simulation.time(), rows.duration);
     return caught == 0 && budget.isLeft();
   };
   bool isGood = true;
+  FoundEvents found;
+  const auto advance = [&](long long row, double t) {
+    if (bags) return bags->advanceTo(row, t, keepGoing);
+    return events.empty() ? simulation.advanceTo(t, keepGoing)
+                          : simulation.advanceTo(t, events, found, keepGoing);
+  };
   for (k = 0; isGood && keepGoing() && k <= rows.last; ++k) {
     const auto row = static_cast<long long>(k);
-    isGood =
-        bags ? bags->advanceTo(row, rows.time(k), keepGoing) : simulation.advanceTo(rows.time(k), keepGoing);
+    isGood = advance(row, rows.time(k));
+    if (found.terminal) {
+      rows.last = k;
+      rows.duration = simulation.time();
+    }
     if (!isGood && simulation.fault().empty()) break;  // interrupted
     if (bags && rows.isTick(k)) bags->tick(row);
     if (isGood) csv.write(rows.time(k), simulation);
@@ -322,6 +292,9 @@ int simulate(const Arguments& given) {
     return done;
   }
   Rows rows = rowsOf(given, scene, hasBags);
+  std::vector<Fault> none;
+  std::vector<MotionEvent> events;
+  if (const std::optional<Until> until = untilOf(given, none)) events.push_back(eventOf(*until, scene.chain));
   tellUnused(given, scene.integrator.method);
 
   // The simulation, with or without bags, and the run.
@@ -335,10 +308,9 @@ int simulate(const Arguments& given) {
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
   Csv csv(given.text("csv"), scene.chain);
   catchSignals();
-  std::vector<Fault> none;
   const StepBudget budget(simulation, rows.duration, stepsOf(given, none));
   double k = 0;
-  const bool isGood = runRows(simulation, bags.get(), rows, budget, csv, k);
+  const bool isGood = runRows(simulation, bags.get(), rows, events, budget, csv, k);
 
   // The result.
   if (caught == 0 && !budget.isLeft() && simulation.fault().empty() && k <= rows.last) {
@@ -380,6 +352,7 @@ int main(int argc, char** argv) {
          "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "
          "~status)"},
         {"rate", "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)"},
+        {"until", "JOINT = ANGLE (rad, m): ends where the joint first passes it, with a last row there"},
         {"check", "Only reads the scene: prints its faults, or one line", false},
         {"settle", "Starts at rest in the static equilibrium, as start: rest does", false},
         {"method", "Integrator, in place of the scene's"},

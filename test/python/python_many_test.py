@@ -17,7 +17,7 @@ except ImportError:
     print("numpy not found: skipped")
     sys.exit(77)
 
-from planar_chain import Refused, Scene, simulate, simulate_many
+from planar_chain import Refused, Scene, Simulation, simulate, simulate_many
 
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../config/scenes")
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/python/examples")
@@ -43,6 +43,33 @@ class Many(unittest.TestCase):
                     "links/upper/initial/velocity": start[2], "links/lower/initial/velocity": start[3]})
                 growth = 100  # of an error, in half a second
                 np.testing.assert_allclose(many.states[run], simulate(single, times), atol=growth * TOLERANCE, rtol=0)
+
+    def test_torques_are_held_as_by_a_loop(self):
+        times = [0.0, 0.05, 0.05, 0.1, 0.4]
+        for name, bits in (("double_pendulum", False), ("cart_pole", True), ("four_bar", True)):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # what was moved to close the four-bar
+                scene = Scene.from_file(name)
+            n = len(scene.joints)
+            torques = RANDOM.normal(size=(5, len(times), n))
+            many = simulate_many(scene, times, torques=torques)
+            self.assertEqual((many.states.shape, many.reasons), ((5, len(times), 2 * n), {}))
+            for run, states in enumerate(many.states):
+                simulation = Simulation(scene)
+                for t, tau, state in zip(times, torques[run], states):
+                    if t > simulation.time:
+                        simulation.hold_torques(tau)
+                    simulation.advance_to(t)
+                    np.testing.assert_allclose(state, simulation.state, atol=0 if bits else 1e-7, rtol=0)
+
+    def test_values_of_a_ramp_are_numbers_of_a_run(self):
+        loads = {"u": {"joint": "upper_joint", "torque": 1.0, "times": [0, 0.5, 1], "values": [0, 0, 0]}}
+        scene = Scene({**DOUBLE.to_dict(), "loads": loads})
+        values = RANDOM.normal(size=(3, 3))
+        many = simulate_many(scene, [1.0], parameters={f"loads/u/values/{i}": values[:, i] for i in range(3)})
+        for run in range(3):
+            single = Scene({**scene.to_dict(), "loads": {"u": {**loads["u"], "values": values[run].tolist()}}})
+            self.assertEqual(many.states[run].tolist(), simulate(single, [1.0]).tolist())
 
     def test_threads_and_neighbours_do_not_matter(self):
         starts = RANDOM.uniform(-2, 2, (33, 4))
@@ -187,7 +214,13 @@ class Many(unittest.TestCase):
         for times, initial, options, words in (
                 ([1.0], np.zeros((2, 3)), {}, "initial: expected an array of runs x 4, got 2 x 3"),
                 ([1.0], np.zeros(4), {}, "initial: expected an array of runs x 4, got 4 numbers"),
-                ([1.0], None, {}, "initial: expected initial states, parameters, or both, got neither"),
+                ([1.0], None, {}, "initial: expected initial states, parameters, or torques, got none of them"),
+                ([1.0], starts, {"torques": np.zeros((2, 3, 2))}, "torques: expected an array of 2 x 1 x 2, for each run, time "
+                 "and joint, got 2 x 3 x 2"),
+                ([1.0], None, {"torques": [1.0, 2.0]}, "torques: expected an array of runs x 1 x 2, .*, got 2 numbers"),
+                ([1.0], starts, {"torques": [[[0, 0]], [[0, np.nan]]]}, "torques/1/0/1: expected a finite number, in N m, got nan"),
+                ([1.0], starts, {"torques": "upper_joint"}, "torques: expected an array of numbers, got 'upper_joint'"),
+                ([1.0], starts, {"torques": {"upper_joint": [1]}}, "torques: expected a number, got {'upper_joint': \\[1\\]}"),
                 ([1.0], starts, {"threads": -1}, "threads: expected a whole number >= 0, got -1"),
                 ([1.0], starts, {"threads": 10 ** 9}, "threads: expected at most 1048576, got 1000000000"),
                 ([1.0], starts, {"progress": 3}, "progress: expected a function .*, got 3"),

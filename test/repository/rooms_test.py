@@ -35,7 +35,7 @@ BELOW = {
 # The room that keeps the promise of a public header.
 PUBLIC = {
     "planar.h": "planar",
-    "chain.h": "model", "derivatives.h": "model", "fault.h": "model", "motion.h": "model", "motion_law.h": "model",
+    "chain.h": "model", "derivatives.h": "model", "events.h": "model", "fault.h": "model", "motion.h": "model", "motion_law.h": "model",
     "scene.h": "model", "sensors.h": "model",
     "value.h": "reading",
     "energy.h": "dynamics", "linear_motor.h": "model", "kane.h": "dynamics", "kinematics.h": "dynamics", "linear_model.h": "dynamics",

@@ -265,6 +265,77 @@ TEST(Batch, ChainsWithPrismaticJointsHaveTheBitsOfSimulations) {
   }
 }
 
+/// The states of one run by a simulation in which the same torques are held.
+std::vector<double> heldAlone(const Scene& scene, const double* torques) {
+  constexpr double forever = std::numeric_limits<double>::infinity();
+  Simulation simulation(scene, 1);
+  std::vector<double> states;
+  for (const double t : times) {
+    for (int j = 0; t > simulation.time() && j < scene.chain.size(); ++j) {
+      EXPECT_TRUE(simulation.holdTorque(j, torques[j], forever));
+    }
+    torques += scene.chain.size();
+    EXPECT_TRUE(simulation.advanceTo(t)) << simulation.fault();
+    states.insert(states.end(), simulation.q().begin(), simulation.q().end());
+    states.insert(states.end(), simulation.qd().begin(), simulation.qd().end());
+  }
+  return states;
+}
+
+TEST(Batch, TorquesOfEachRunAreHeldBetweenTheTimes) {
+  constexpr std::size_t runs = 11;
+  for (const auto& [key, areInLanes] : {std::pair("", true),
+                                        {"effort_limit", true},
+                                        {"friction", false},
+                                        {"motor/time_constant", false},
+                                        {"command_delay", false}}) {
+    Scene scene = randomScene(2, 3, {true, true, false});
+    std::vector<Joint> joints = scene.chain.joints();
+    if (*key != 0) joints[1].others = {{"effort_limit", 1}, {key, 0.2}};
+    scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+    scene.loads.emplace_back();  // it adds to those held
+    scene.loads[0].joint = 0;
+    scene.loads[0].torque = 0.5;
+    Random random(7);
+    BatchOptions options;
+    for (std::size_t k = 0; k < runs * times.size() * 2; ++k)
+      options.torques.push_back(random.between(-3, 3));
+    const auto same = [](std::size_t, Scene&) {};
+    const BatchResult result = simulateMany(scene, runs, same, times, options);
+    for (std::size_t run = 0; run < runs; ++run) {
+      ASSERT_EQ(result.runs[run].outcome, RunOutcome::done) << result.runs[run].reason;
+      const std::vector<double> states = statesOf(result, run),
+                                expected = heldAlone(scene, &options.torques[run * times.size() * 2]);
+      // A run that a lane gives up, as its energy balance does not close, has the bits of a single one.
+      EXPECT_EQ(!sameBits(states, expected), areInLanes) << key << ' ' << run;
+      for (std::size_t i = 0; i < states.size(); ++i) EXPECT_NEAR(states[i], expected[i], 1e-7) << key;
+    }
+  }
+}
+
+TEST(Batch, TorquesThatNobodyCanHoldAreRefused) {
+  Scene scene = randomScene(2, 3);
+  scene.drives = {{1, MotionLaw()}};
+  BatchOptions options;
+  const auto fault = [&] {
+    try {
+      simulateMany(scene, {1, 2, 3, 4, 5, 6, 7, 8}, {0.5, 1, 2}, options);
+    } catch (const Refused& refused) {
+      return std::string(refused.what());
+    }
+    return std::string("none");
+  };
+  options.torques.assign(11, 0);
+  EXPECT_EQ(fault(), "torques: expected 2 x 3 x 2 numbers, for each run, time and joint, got 11");
+  options.torques.push_back(0);
+  EXPECT_EQ(fault(), "none");
+  options.torques[8] = std::nan("");
+  options.torques[3] = 0.1;
+  EXPECT_EQ(fault(),
+            "torques/1/1/0: expected a finite number, in N m, got nan\n"
+            "torques/0/1/1: expected 0 N m in a driven joint, got 0.1");
+}
+
 TEST(Batch, ALoadOnNoBodyFailsItsRun) {
   Scene scene = randomScene(2, 3, {true, true, false});
   scene.loads.emplace_back();
