@@ -17,7 +17,7 @@ double guessedAngle(Vec2d v) {
   return std::round(std::atan2(v.y, v.x) * 0x1p20) * 0x1p-20;
 }
 
-/// Lays the chain along an arc from its first pin to the tip's place, which hangs down. Prismatic and
+/// Lays the chain along an arc from its first pin to the tip's position, which hangs down. Prismatic and
 /// prescribed joints stay.
 void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
   const Coordinates& coordinates = chain.coordinates();

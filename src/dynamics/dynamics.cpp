@@ -18,7 +18,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
     : effects_(scene, std::move(more)),
       mechanism_(scene.chain, !isBare(scene, effects_)),
       n_(mechanism_.size()),
-      places_(mechanism_.places()),
+      places_(mechanism_.paddedSize()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
       stores_(scene.chain),
       recursion_(mechanism_.makeRecursion()) {

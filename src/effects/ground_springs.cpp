@@ -54,7 +54,7 @@ class GroundSprings : public PointForces, public Events, private ode::EventFunct
     size_ = chain.reach();
   }
   bool empty() const { return springs_.empty(); }
-  bool dependOnPlace() const override { return true; }
+  bool dependOnPosition() const override { return true; }
   bool hasPower() const override {
     return std::any_of(springs_.begin(), springs_.end(),
                        [](const GroundSpring& spring) { return spring.damping > 0; });
@@ -221,7 +221,7 @@ class GroundSpringKind : public EffectKind {
     if (number > 0) words.count(static_cast<int>(number), "ground spring");
   }
 
-  double energyOf(const Link& link, const PlacedBody& at) const override {
+  double energyOf(const Link& link, const PosedBody& at) const override {
     double energy = 0;
     for (const GroundSpring& spring : link.springs) {
       const Line line(spring, {at.pin + at.e * spring.point, {}});
