@@ -45,7 +45,7 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, co
         [&](int j, const PointAt<double>& own) {
           const int k = j - first;
           const Vec2d R = e[k] * chain.links()[index(j)].com;
-          f(j, PosedBody{own.place, e[k]}, own.place + R, own.velocity + rates[k] * perp(R), rates[k]);
+          f(j, PosedBody{own.position, e[k]}, own.position + R, own.velocity + rates[k] * perp(R), rates[k]);
         });
   }
 }

@@ -262,7 +262,7 @@ class Search {
     for (int j = 0; j < n_; ++j)
       e_[index(j)] = plainRotation(coordinates_.angle(theta.data(), j) + base_.angle);
     sweepOutwards(scene_.chain, PointAt<double>{base_.pin, {}}, e_.data(), still_.data(), theta.data(),
-                  still_.data(), [&](int j, const PointAt<double>& own) { position_[index(j)] = own.place; });
+                  still_.data(), [&](int j, const auto& own) { position_[index(j)] = own.position; });
   }
   /// Adds body j to the sums over the bodies further out. x: its coordinate; outer: the sum of forces.
   void addBody(int j, double x, Vec2d& outer) {

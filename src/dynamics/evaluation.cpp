@@ -111,7 +111,7 @@ void Evaluator::findPins(Evaluation& to) const {
   sweepOutwards(mechanism_.chain(), 0, count, PointAt<double>{to.base.pin, to.base.velocity}, to.e.data(),
                 to.omega(), to.y.data(), to.y.data() + n_, [&](int j, const PointAt<double>& pin) {
                   to.pinVelocity[index(j)] = pin.velocity;
-                  if (!to.pin.empty()) to.pin[index(j)] = pin.place;
+                  if (!to.pin.empty()) to.pin[index(j)] = pin.position;
                 });
 }
 

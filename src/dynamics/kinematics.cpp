@@ -79,7 +79,7 @@ FrameMotion motionOf(const Scene& scene, const Frame& frame, double t, const Vec
   sweepOutwards(scene.chain, 0, frame.link + 1, at, e.data(), omega.data(), displacements.data(),
                 rates.data(), [&at](int, const PointAt<Dual>& own) { at = own; });
   const Vec2<Dual> arm = e.back() * Vec2<Dual>{frame.point.x, frame.point.y};
-  const Vec2<Dual> position = at.place + arm, velocity = at.velocity + omega.back() * perp(arm);
+  const Vec2<Dual> position = at.position + arm, velocity = at.velocity + omega.back() * perp(arm);
   return {{position.x.value, position.y.value},
           base.angle.value + coordinates.angle(x.data(), frame.link) + frame.angle,
           {velocity.x.value, velocity.y.value},
@@ -116,8 +116,8 @@ Eigen::MatrixXd jacobianOf(const Scene& scene, const Frame& frame, double t, con
   sweepOutwards(chain, 0, count, PointAt<double>{{base.x.value, base.y.value}, {}}, e.data(), still.data(),
                 x.data(), still.data(), [&](int j, const PointAt<double>& own) {
                   const bool isPrismatic = coordinates.isPrismatic(j);
-                  const Vec2d d =
-                      isPrismatic ? e[index(j)] * chain.joints()[index(j)].axis : perp(position - own.place);
+                  const Vec2d d = isPrismatic ? e[index(j)] * chain.joints()[index(j)].axis
+                                              : perp(position - own.position);
                   J.col(j) << d.x, d.y, isPrismatic ? 0 : 1;
                 });
   return J;

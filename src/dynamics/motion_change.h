@@ -89,7 +89,7 @@ class MotionChange {
     const PointAt<Dual> ground{nudged(at.base.pin, pin), nudged(at.base.velocity, velocity)};
     sweepOutwards(chain, ground, e_.data(), omega_.data(), x_.data(), rates_.data(),
                   [&](int j, const PointAt<Dual>& own) {
-                    pins[index(j)] = changeOf(own.place);
+                    pins[index(j)] = changeOf(own.position);
                     pinVelocities[index(j)] = changeOf(own.velocity);
                   });
   }

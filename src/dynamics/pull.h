@@ -83,7 +83,7 @@ class Pull {
     sweepOutwards(chain_, PointAt<double>{}, e_.data(), omega_.data(), x_.data(), rates_.data(),
                   [&](int j, const PointAt<double>& own) {
                     if (j != link) return;
-                    motion.position = own.place + arm;
+                    motion.position = own.position + arm;
                     motion.velocity = own.velocity + omega_[index(j)] * perp(arm);
                   });
     motion.turn = e_[index(link)];

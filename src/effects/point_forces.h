@@ -27,7 +27,7 @@ class BodyMotions {
   /// A point of a body, link frame.
   PointAt<double> of(int body, Vec2d point) const;
   const Rotation<double>& turn(int body) const { return e_[index(body)]; }
-  const Vec2d& pin(int body) const { return own_[index(body)].place; }
+  const Vec2d& pin(int body) const { return own_[index(body)].position; }
 
  private:
   const Chain& chain_;

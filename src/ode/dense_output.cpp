@@ -9,7 +9,7 @@ namespace planar_chain::ode {
 
 DenseOutput::DenseOutput(SeriesSystem& f)
     : f_(f),
-      n_(f.places()),
+      n_(f.firstRate()),
       turn_(n_),
       quartic_(n_),
       increment_(2 * n_),
