@@ -1,0 +1,52 @@
+#!/usr/bin/python3
+"""The pages of src/python/examples: their code runs, and finds what is known from elsewhere.
+
+    example_pages_test.py BIN [unittest options]        BIN is not used; PYTHONPATH finds planar_chain
+"""
+import os
+import re
+import sys
+import unittest
+
+try:
+    import matplotlib  # noqa: F401  pylint: disable=unused-import
+    import numpy as np
+    import scipy  # noqa: F401  pylint: disable=unused-import
+except ImportError:
+    print("numpy, scipy or matplotlib not found: skipped")
+    sys.exit(77)
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
+sys.path.append(os.path.join(ROOT, "test/support"))
+from in_folder import InFolder  # noqa: E402
+
+
+class Pages(InFolder):
+    def names_of(self, page):
+        """Runs the code of a page in a folder of its own. Returns its names; its picture is there."""
+        with open(os.path.join(ROOT, "src/python/examples", page + ".md"), encoding="utf-8") as file:
+            text = file.read()
+        names, before = {"__name__": page}, os.getcwd()
+        os.chdir(self.path("."))
+        try:
+            exec("".join(re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)), names)  # pylint: disable=exec-used
+        finally:
+            os.chdir(before)
+        for picture in re.findall(r"!\[[^]]*\]\(([^)]*)\)", text):
+            self.assertTrue(os.path.exists(self.path(picture)), picture)
+        return names
+
+    def test_the_walker_has_the_published_gaits(self):
+        names = self.names_of("walker")
+        # Garcia, Chatterjee, Ruina, Coleman 1998; the tolerance is their error: feet have no mass at all, ours 1e-9
+        start, multipliers, _ = names["gait"]([0.2, -0.2])
+        np.testing.assert_allclose(start, [0.200310900544287, -0.199832473004977], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(sorted(multipliers, key=np.imag), [-0.1901 - 0.5576j, -0.1901 + 0.5576j], rtol=0, atol=5e-5)
+        _, multipliers, _ = names["gait"]([0.194, -0.204])
+        np.testing.assert_allclose(sorted(multipliers), [0.4596, 4.0039], rtol=0, atol=5e-5)
+        self.assertEqual([len(starts) for starts in names["walks"].values()], [16, 7, 4])
+
+
+if __name__ == "__main__":
+    sys.argv.pop(1)
+    unittest.main()
