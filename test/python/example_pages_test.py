@@ -46,6 +46,13 @@ class Pages(InFolder):
         np.testing.assert_allclose(sorted(multipliers), [0.4596, 4.0039], rtol=0, atol=5e-5)
         self.assertEqual([len(starts) for starts in names["walks"].values()], [16, 7, 4])
 
+    def test_ilqr_gets_the_acrobot_up_and_lqr_holds_it(self):
+        names = self.names_of("ilqr")
+        self.assertLess(abs(names["states"][-1] - names["TOP"]).max(), 0.04)   # rad, rad/s: as the page says
+        self.assertLess(abs(np.array(names["used"])).max(), 1.75)              # N m
+        # The slowest of the poles at the top, 0.937 a period, leaves 1e-11 of an error in the last 8 s.
+        self.assertLess(abs(names["plant"].state - names["TOP"]).max(), 1e-6)
+
 
 if __name__ == "__main__":
     sys.argv.pop(1)
