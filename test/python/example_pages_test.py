@@ -3,8 +3,10 @@
 
     example_pages_test.py BIN [unittest options]        BIN is not used; PYTHONPATH finds planar_chain
 """
+import importlib.util
 import os
 import re
+import subprocess
 import sys
 import unittest
 
@@ -12,20 +14,25 @@ try:
     import matplotlib  # noqa: F401  pylint: disable=unused-import
     import numpy as np
     import scipy  # noqa: F401  pylint: disable=unused-import
+    import yaml
 except ImportError:
-    print("numpy, scipy or matplotlib not found: skipped")
+    print("numpy, scipy, matplotlib or yaml not found: skipped")
     sys.exit(77)
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
-sys.path.append(os.path.join(ROOT, "test/support"))
+sys.path += [os.path.join(ROOT, "test/support"), os.path.join(ROOT, "test/node")]
 from in_folder import InFolder  # noqa: E402
 
 
 class Pages(InFolder):
+    @staticmethod
+    def text_of(page):
+        with open(os.path.join(ROOT, "src/python/examples", page + ".md"), encoding="utf-8") as file:
+            return file.read()
+
     def names_of(self, page):
         """Runs the code of a page in a folder of its own. Returns its names; its picture is there."""
-        with open(os.path.join(ROOT, "src/python/examples", page + ".md"), encoding="utf-8") as file:
-            text = file.read()
+        text = self.text_of(page)
         names, before = {"__name__": page}, os.getcwd()
         os.chdir(self.path("."))
         try:
@@ -52,6 +59,17 @@ class Pages(InFolder):
         self.assertLess(abs(np.array(names["used"])).max(), 1.75)              # N m
         # The slowest of the poles at the top, 0.937 a period, leaves 1e-11 of an error in the last 8 s.
         self.assertLess(abs(names["plant"].state - names["TOP"]).max(), 1e-6)
+        if importlib.util.find_spec("rospy"):
+            self.assertRegex(self.said_in_the_node("balance.py"), r"\n10 s: off by .0\.000000 and .0\.000000 rad\n$")
+
+    def said_in_the_node(self, controller):
+        from own_master import Master  # pylint: disable=import-outside-toplevel
+        with Master(), open(self.path("acrobot.yaml"), encoding="utf-8") as scene:
+            from ros_node import Node  # pylint: disable=import-outside-toplevel
+            with Node(yaml.safe_load(scene)):
+                script = re.search("`" + controller + r"`:\n\n```py\n(.*?)^```$", self.text_of("ilqr"), re.MULTILINE | re.DOTALL).group(1)
+                return subprocess.run([sys.executable, "-c", script], cwd=self.folder, stdout=subprocess.PIPE, universal_newlines=True,
+                                      check=True, timeout=100).stdout
 
     def test_rollouts_from_the_whole_state_balance_the_pole_and_others_do_not(self):
         names = self.names_of("mpc")
