@@ -5,7 +5,7 @@
 ///     c_j·(x_T(t) − x_tip) = 0            c_j·(ẋ_T(t) − ẋ_tip) = 0            rows c_j: tip_constraint.h
 ///
 /// What is missing is made up by the motion of least kinetic energy that moves the tip so far: that of an
-/// impulse on the tip of the chain at rest. For places this is Newton's method in the metric of the
+/// impulse on the tip of the chain at rest. For positions this is Newton's method in the metric of the
 /// mass matrix, for rates it is exact. Each iteration is one sweep, O(n). Prescribed joints stay where they
 /// are.
 ///
@@ -40,7 +40,9 @@ class Closure {
   /// it: the smaller eigenvalue of the tip's answer to forces over the larger one. Of one row it is the
   /// answer along it over the larger eigenvalue.
   double spread(const Couplings& at, const double* y);
-  /// The length that gaps are compared with: the reach and the place of the tip, m.
+  /// The same where the last project() ended.
+  double lastSpread(const Couplings& at) const;
+  /// The length that gaps are compared with: the reach and the position of the tip, m.
   double sizeAt(const Couplings& at) const;
 
  private:
@@ -61,6 +63,7 @@ class Closure {
   std::vector<Rotation<double>> e_;
   std::vector<Displacement<double>> displaced_;  ///< at rest
   std::vector<double> omega_, change_, none_, moments_;
+  Sym2<double> answer_;  ///< of the tip to forces, where the last impulse was
 };
 
 }  // namespace planar_chain

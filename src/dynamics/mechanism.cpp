@@ -7,10 +7,10 @@
 namespace planar_chain {
 
 Mechanism::Mechanism(const Chain& chain, bool inOrder)
-    : chain_(chain), n_(chain.size()), places_(n_), rotations_(simd::kernels().front()->rotations) {
+    : chain_(chain), n_(chain.size()), paddedSize_(n_), rotations_(simd::kernels().front()->rotations) {
   if (inOrder || n_ <= ShortChain::most) return;
   lanes_.emplace(n_);
-  places_ = lanes_->places();
+  paddedSize_ = lanes_->paddedSize();
 }
 
 Recursion Mechanism::makeRecursion() const {
@@ -51,7 +51,7 @@ void Mechanism::toLaneOrder(const double* inOrder, double* inLanes) const {
     return;
   }
   lanes_->toLaneOrder(inOrder, inLanes);
-  lanes_->toLaneOrder(inOrder + n_, inLanes + places_);
+  lanes_->toLaneOrder(inOrder + n_, inLanes + paddedSize_);
 }
 
 void Mechanism::toChainOrder(const double* inLanes, double* inOrder) const {
@@ -60,7 +60,7 @@ void Mechanism::toChainOrder(const double* inLanes, double* inOrder) const {
     return;
   }
   lanes_->toChainOrder(inLanes, inOrder);
-  lanes_->toChainOrder(inLanes + places_, inOrder + n_);
+  lanes_->toChainOrder(inLanes + paddedSize_, inOrder + n_);
 }
 
 const double* Mechanism::quantityInLanes(const double* values, double* room) const {

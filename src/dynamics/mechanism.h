@@ -29,7 +29,7 @@ class Mechanism {
   /// The order of a long chain's bodies, in which its states are kept; nullptr: chain order.
   const LaneOrder* lanes() const { return lanes_ ? &*lanes_ : nullptr; }
   /// The numbers that one quantity of all bodies takes in that order: n, or more.
-  int places() const { return places_; }
+  int paddedSize() const { return paddedSize_; }
   Recursion makeRecursion() const;
   /// As rotations() of lanes/segments.h.
   void rotate(const double* theta, Rotation<double>* e, int n) const { rotations_(theta, &e->c, n); }
@@ -55,7 +55,7 @@ class Mechanism {
   const Chain& chain_;
   int n_;
   std::optional<LaneOrder> lanes_;
-  int places_;
+  int paddedSize_;
   void (*rotations_)(const double* theta, double* e, int n);
 };
 

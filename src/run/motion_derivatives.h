@@ -31,6 +31,9 @@ class MotionDerivatives {
   /// motion may have taken, in one step.
   void follow(double t, const Eigen::VectorXd& y, double end, const Eigen::VectorXd& yEnd,
               const MotionInSeries& series);
+  /// Call it if the motion has leapt over a change point (ode/leaping_steps.h): there
+  /// the equations of the derivatives lose a rank, too.
+  void passChangePoint(double t) { fail(t, "the chain to its held tip gets straight or folded"); }
   /// Call these before and after the events that have happened at a state are fired.
   void meet(double t, const Eigen::VectorXd& y, const ode::LocatedEvent& located);
   void pass(double t, const Eigen::VectorXd& y);

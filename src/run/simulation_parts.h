@@ -197,7 +197,7 @@ struct Simulation::Parts {
   /// Some steps towards t; or, in trouble, none, and the next method.
   void advance(double t) {
     const double end = std::min(t, dynamics.effects().until());
-    const long long before = integrator().count().accepted;
+    const ode::StepCount before = integrator().count();
     const double longest = dynamics.effects().longestStep();
     const double begin = state.t;
     if (derivatives) pieceFrom = y;
@@ -209,11 +209,13 @@ struct Simulation::Parts {
     if (watch) watch->take();
 
     // The balance of energy, every few steps.
-    unchecked += integrator().count().accepted - before;
+    const ode::StepCount count = integrator().count();
+    unchecked += count.accepted - before.accepted;
     const bool hasSwitched = outcome == ode::Outcome::switched;
     const bool isDue = !hasSwitched || unchecked >= EnergyCheck::period || state.t >= end || isOver();
     if (ode::hasFailed(outcome) || (isDue && !guard.accept(state, y.data(), unchecked)))
       return goBack(outcome);
+    if (derivatives && count.leaps > before.leaps) derivatives->passChangePoint(begin);
     if (derivatives && sampler) derivatives->follow(begin, pieceFrom, state.t, y, {});
     if (isDue) {
       if (derivatives) derivatives->keep();
