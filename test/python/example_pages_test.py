@@ -59,6 +59,7 @@ class Pages(InFolder):
         self.assertLess(abs(np.array(names["used"])).max(), 1.75)              # N m
         # The slowest of the poles at the top, 0.937 a period, leaves 1e-11 of an error in the last 8 s.
         self.assertLess(abs(names["plant"].state - names["TOP"]).max(), 1e-6)
+        self.assertGreater(min(names["acrobot"].position("tip", x[:2])[1] for x in names["motion"][names["N"]:]), 0.45)  # m
         if importlib.util.find_spec("rospy"):
             self.assertRegex(self.said_in_the_node("balance.py"), r"\n10 s: off by .0\.000000 and .0\.000000 rad\n$")
 
