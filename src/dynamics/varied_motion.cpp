@@ -41,7 +41,7 @@ NearScenes::One::One(const Scene& near, double weight_)
     : scene(near),
       weight(weight_),
       effects(scene),
-      mechanism(scene.chain, true),
+      mechanism(scene, true),
       motion(mechanism, effects),
       at(mechanism, effects) {}
 
@@ -90,7 +90,7 @@ Eigen::VectorXd NearScenes::start() const {
 VariedMotion::VariedMotion(const Scene& scene, const Effects& effects, std::vector<Column> columns,
                            std::function<double(int, double)> share)
     : effects_(effects),
-      mechanism_(scene.chain, true),
+      mechanism_(scene, true),
       n_(mechanism_.size()),
       columns_(std::move(columns)),
       share_(std::move(share)),
