@@ -3,7 +3,7 @@ add_library(${PROJECT_NAME}_core)
 # By the alphabet: of inline functions that several files have, the linker keeps the first.
 foreach(room batch dynamics effects lanes model ode reading run scene sensors simd)
   file(GLOB sources CONFIGURE_DEPENDS src/${room}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/avx[0-9]+\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "avx[0-9]+\\.cpp$")
   target_sources(${PROJECT_NAME}_core PRIVATE ${sources})
 endforeach()
 # What runs once, when a scene is loaded or a matrix asked for: half of the time to compile it.

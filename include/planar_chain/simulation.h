@@ -157,7 +157,8 @@ class Simulation {
   double closureError();
   /// Returns how far the chain is from a pose that is stretched or folded between its ends: the smallest over
   /// the largest acceleration that a force on the tip gives it, 1 if the tip is free. On a line it is the
-  /// acceleration across the line over the largest. Below 1e-9 the motion may stop with a fault.
+  /// acceleration across the line over the largest. Adaptive methods step over a pose in which it is 0, along
+  /// the smooth motion. Where the chain comes to rest in it, the motion stops with a fault.
   double closureMargin();
 
   /// Returns the measurements that the sensors (sensors.h) delivered up to time(), each once: in the order of

@@ -78,22 +78,23 @@ TipReaction<double> Closure::impulse(Tip<double> tip) {
   EndForces<double> ends;
   recursion_.accelerations({e_.data(), none_.data(), nullptr, {}}, nullptr, none_.data(), displaced_.data(),
                            0, tip, change_.data(), moments_.data(), ends);
+  answer_ = ends.tip.answer;
   return ends.tip;
 }
 
 double Closure::spread(const Couplings& at, const double* y) {
   couple(at);
   pose(at, y);
-  const TipReaction<double> one = impulse(pinnedTip(Vec2d{1, 0})), other = impulse(pinnedTip(Vec2d{0, 1}));
+  impulse({at.tip.rows, at.tip.row, {}});
+  return lastSpread(at);
+}
+
+double Closure::lastSpread(const Couplings& at) const {
+  const auto [value, vector] = eigen(answer_);
+  if (!(value[0] > 0)) return 0;
   const Vec2d row = at.tip.row[0];
-  const auto square = [](double a) { return a * a; };
-  if (one.acting.rows < 2) return one.acting.rows == at.tip.rows ? square(dot(row, one.acting.row[0])) : 0;
-  // Of the inverse of the answer, in whose eigenvectors the answer to `row` is a sum of two.
-  const Sym2<double> inverse{one.force.x, (one.force.y + other.force.x) / 2, other.force.y};
-  const auto [value, vector] = eigen(inverse);
-  const double share = std::max(value[1] / value[0], 0.0);
-  if (at.tip.rows == 2) return share;
-  return square(dot(row, vector[1])) + share * square(dot(row, vector[0]));
+  const double least = at.tip.rows == 2 ? value[1] : dot(row, answer_ * row);
+  return std::max(least / value[0], 0.0);
 }
 
 /// Moves the tip by so much, as far as no angle turns by more than `most`.
@@ -133,6 +134,7 @@ bool Closure::close(const Couplings& at, double* y, double* carry) {
 
 bool Closure::project(const Couplings& at, double* y, double* carry) {
   couple(at);
+  answer_ = {};
   const bool isClosed = close(at, y, carry);
   // One impulse is exact, a second one takes the rounding of the first.
   constexpr double most = std::numeric_limits<double>::infinity();
@@ -143,6 +145,7 @@ bool Closure::project(const Couplings& at, double* y, double* carry) {
     if (length(missing) <= rounding * sizeAt(at) * fastest) break;
     move(at, missing, most, y + n_, carry ? carry + n_ : nullptr);
   }
+  if (answer_.xx + answer_.yy == 0) impulse({at.tip.rows, at.tip.row, {}});  // for lastSpread()
   return isClosed;
 }
 

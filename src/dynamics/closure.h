@@ -40,6 +40,8 @@ class Closure {
   /// it: the smaller eigenvalue of the tip's answer to forces over the larger one. Of one row it is the
   /// answer along it over the larger eigenvalue.
   double spread(const Couplings& at, const double* y);
+  /// The same where the last project() ended.
+  double lastSpread(const Couplings& at) const;
   /// The length that gaps are compared with: the reach and the place of the tip, m.
   double sizeAt(const Couplings& at) const;
 
@@ -61,6 +63,7 @@ class Closure {
   std::vector<Rotation<double>> e_;
   std::vector<Displacement<double>> displaced_;  ///< at rest
   std::vector<double> omega_, change_, none_, moments_;
+  Sym2<double> answer_;  ///< of the tip to forces, where the last impulse was
 };
 
 }  // namespace planar_chain

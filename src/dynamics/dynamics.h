@@ -39,6 +39,13 @@
 
 namespace planar_chain {
 
+/// The Taylor series of a motion through its state at t: order k of (θ, ω) is row k of c. Nothing: no c.
+struct MotionInSeries {
+  double t = 0;
+  const double* c = nullptr;
+  int order = 0;
+};
+
 class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
  public:
   /// more: an effect that is not in the scene, such as the user's commands, or nullptr. The scene must
@@ -131,6 +138,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
     if (momenta_) momenta_->keep(before.t, before.y.data(), state.t, state.y.data(), state.carry.data());
     return !holdsTip() || general_->project(state.t, state.y.data(), state.carry.data());
   }
+  double margin() const override { return general_ ? general_->lastSpread() : 1; }
 
   // ---- ode::LinearizedSystem -----------------------------------------------------------------------
 
@@ -155,6 +163,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void reserveSeries(int order) override;
   int driving() const override { return 2 * mechanism_.size(); }
   void series(double t, const double* y, const double* carry, int order, double* c) override;
+  /// The last one, in the memory of the method that asked for it.
+  const MotionInSeries& lastSeries() const { return lastSeries_; }
   bool hasIntegrands() const override { return general_ && !series_ ? works_ > 0 : effects_.act(); }
   void integrands(double t, const double* y, double* rates) override;
   double seriesCost(int order) const override;
@@ -232,6 +242,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<GeneralSeries> generalSeries_;
   std::optional<Couplings> orders_;  ///< of the general series
   Series known_{};                   ///< of the series in hand
+  MotionInSeries lastSeries_;
 };
 
 }  // namespace planar_chain

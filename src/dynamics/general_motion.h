@@ -87,6 +87,8 @@ class GeneralMotion final : private Mechanics {
   }
   /// See Closure::spread(); 1 if the tip is free.
   double spread(double t, const double* y) { return closure_ ? closure_->spread(couplings(t), y) : 1; }
+  /// The same where the last project() ended.
+  double lastSpread() const { return closure_ ? closure_->lastSpread(couplingsNow_) : 1; }
   bool isStretched(double t, const double* y) override {
     // Rounding, 1e-16, grows by one over the margin in the force on the tip: beyond this to 1e-7 of it.
     // Larger, motions that only come near such a pose are stopped; smaller, rounding chooses their way.

@@ -35,6 +35,7 @@ void Dynamics::reserveSeries(int order) {
 
 void Dynamics::series(double t, const double* y, const double* carry, int order, double* c) {
   std::copy_n(y, 2 * n_, c);
+  lastSeries_ = {t, c, order};
   if (!series_) return findGeneralSeries(t, y, order, c);
   (general_ ? seriesOrders_ : evaluations_) += order;
   if (!effects_.act())

@@ -1,91 +1,9 @@
 #include "dynamics/varied_motion.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <utility>
 
-#include "dynamics/closed_state.h"
-
 namespace planar_chain {
-
-// ---- An event ----------------------------------------------------------------------------------------
-
-EventPlace::EventPlace(const Effects& effects, const ode::LocatedEvent& located, double t, const double* y) {
-  const ode::EventList& events = effects.events();
-  double most = -std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < events.size(); ++k) {
-    if (located.by && located.by != events[k]) continue;
-    std::vector<double> g(index(events[k]->most()));
-    events[k]->values(t, y, g.data());
-    for (int i = 0; i < events[k]->count(); ++i) {
-      const bool isIt = located.by ? i == located.which : g[index(i)] > most;
-      if (!isIt) continue;
-      list = k;
-      which = i;
-      most = g[index(i)];
-    }
-  }
-}
-
-double EventPlace::valueIn(const Effects& effects, double t, const double* y) const {
-  const ode::EventFunctions& events = *effects.events()[list];
-  std::vector<double> g(index(events.most()));
-  events.values(t, y, g.data());
-  return g[index(which)];
-}
-
-// ---- A number of the scene ---------------------------------------------------------------------------
-
-NearScenes::One::One(const Scene& near, double weight_)
-    : scene(near),
-      weight(weight_),
-      effects(scene),
-      mechanism(scene, true),
-      motion(mechanism, effects),
-      at(mechanism, effects) {}
-
-NearScenes::NearScenes(const VariedNumber& number) {
-  for (std::size_t k = 0; k < number.scenes.size(); ++k)
-    all_.push_back(std::make_unique<One>(number.scenes[k], number.weights[k]));
-}
-
-bool NearScenes::enter(double t, const Effects& effects) {
-  return std::all_of(all_.begin(), all_.end(), [&](const std::unique_ptr<One>& one) {
-    one->effects.enter(t);
-    one->motion.forget();
-    return one->effects.takeFrom(effects) && one->effects.until() == effects.until();
-  });
-}
-
-void NearScenes::slopes(double t, const double* y, double* to) {
-  std::fill_n(to, all_.front()->mechanism.size(), 0.0);
-  for (const auto& one : all_) {
-    one->motion.evaluator().evaluate(t, y, one->at);
-    for (int i = 0; i < one->mechanism.size(); ++i) to[i] += one->weight * one->at.slopes()[i];
-  }
-}
-
-double NearScenes::eventSlope(const EventPlace& event, double t, const double* y) const {
-  double sum = 0;
-  for (const auto& one : all_) sum += one->weight * event.valueIn(one->effects, t, y);
-  return sum;
-}
-
-Eigen::VectorXd NearScenes::start() const {
-  const auto n = static_cast<Eigen::Index>(all_.front()->scene.q.size());
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(2 * n), x(2 * n);
-  for (const auto& one : all_) {
-    std::vector<double> q = one->scene.q, qd = one->scene.qd;
-    closeState(one->scene, 0, q, qd);
-    one->scene.chain.coordinates().toAbsolute(q.data(), x.data());
-    one->scene.chain.coordinates().toAbsolute(qd.data(), x.data() + n);
-    sum += one->weight * x;
-  }
-  return sum;
-}
-
-// ---- The motion and its columns ----------------------------------------------------------------------
 
 VariedMotion::VariedMotion(const Scene& scene, const Effects& effects, std::vector<Column> columns,
                            std::function<double(int, double)> share)

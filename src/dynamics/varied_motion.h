@@ -13,54 +13,14 @@
 
 #include <complex>
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "dynamics/exact_solve.h"
-#include "dynamics/general_motion.h"
 #include "dynamics/motion_change.h"
+#include "dynamics/near_scenes.h"
 #include "ode/system.h"
-#include "planar_chain/derivatives.h"
 
 namespace planar_chain {
-
-/// An event function among those of the effects of a scene.
-struct EventPlace {
-  /// The one that was located, or else the one that is most above 0.
-  EventPlace(const Effects& effects, const ode::LocatedEvent& located, double t, const double* y);
-  double valueIn(const Effects& effects, double t, const double* y) const;
-
-  std::size_t list = 0;
-  int which = 0;
-};
-
-/// The scenes near one in a number, at the same states.
-class NearScenes {
- public:
-  /// Allocates.
-  explicit NearScenes(const VariedNumber& number);
-  /// Takes what acts from t on, with the switches of `effects`. Returns false if more than numbers differ:
-  /// other effects, or another time of the next jump.
-  bool enter(double t, const Effects& effects);
-  /// ∂f/∂p: of the rates, n values.
-  void slopes(double t, const double* y, double* to);
-  /// ∂g/∂p of an event.
-  double eventSlope(const EventPlace& event, double t, const double* y) const;
-  /// ∂(θ, ω)/∂p at the start, 2n values.
-  Eigen::VectorXd start() const;
-
- private:
-  struct One {
-    explicit One(const Scene& near, double weight_);
-    Scene scene;
-    double weight;
-    Effects effects;
-    Mechanism mechanism;
-    GeneralMotion motion;
-    Evaluation at;
-  };
-  std::vector<std::unique_ptr<One>> all_;
-};
 
 class VariedMotion final : public ode::LinearizedSystem {
  public:

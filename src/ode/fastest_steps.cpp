@@ -33,6 +33,7 @@ class FastestSteps : public Integrator {
         judged_(jumpsOften ? judgedAmongSwitches : judgedSteps),
         stiffness_(std::move(stiffness)) {
     for (auto& stepper : steppers) methods_.emplace_back(std::move(stepper), tolerance, stiffness_);
+    lastTried_ = &methods_.front();
   }
 
   const char* name() const override { return methods_[inUse_].name(); }

@@ -33,6 +33,7 @@ struct StepCount {
   long long accepted = 0;
   long long rejected = 0;
   double lastError = 0;  ///< of the last accepted step, in units of the tolerance. 0: no estimate
+  long long leaps = 0;   ///< among the accepted (leaping_steps.h)
 };
 
 /// The error control accepts a step of length h if it adds to component i at most an error of

@@ -94,6 +94,9 @@ class System {
   /// Moves a state onto the conditions that a solution keeps, and which it met `before` the step that ends
   /// here. Returns false if it cannot.
   virtual bool project(State& /*state*/, const State& /*before*/) { return true; }
+  /// How independent of each other the conditions are where the last project() ended: from 1 to 0. Near 0 it
+  /// falls with the square of the distance.
+  virtual double margin() const { return 1; }
   /// All derivatives, in lane order, at a y in lane order.
   void slope(double t, const double* y, double* out) {
     const int count = positions();

@@ -37,6 +37,7 @@ template <class Real>
 struct TipReaction {
   Vec2<Real> force;  ///< λ, N
   Tip<Real> acting;
+  Sym2<Real> answer;  ///< C
 };
 
 /// Eigenvalues of the tip's answer to forces below this share of the largest one are rounding: along such a
@@ -93,7 +94,7 @@ Tip<Real> actingPart(const Tip<Real>& tip, const Sym2<Real>& C) {
 /// The force on a tip that without it has this acceleration.
 template <class Real>
 TipReaction<Real> holdTip(const Tip<Real>& tip, const Sym2<Real>& C, Vec2<Real> free) {
-  TipReaction<Real> held{{}, actingPart(tip, C)};
+  TipReaction<Real> held{{}, actingPart(tip, C), C};
   const Vec2<Real> missing = tip.acceleration - free;
   if (held.acting.rows == 2) {
     held.force = solve(C, missing);

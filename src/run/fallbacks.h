@@ -15,6 +15,7 @@
 #include "dynamics/dynamics.h"
 #include "ode/events.h"
 #include "ode/integrator.h"
+#include "ode/leaping_steps.h"
 #include "ode/methods.h"
 #include "ode/projected_steps.h"
 #include "planar_chain/scene.h"
@@ -92,10 +93,13 @@ inline bool leavesReach(const Scene& scene, double t) {
 }
 
 /// Why the motion stops at t in a pose that is stretched between the ends, and the cure.
-inline const char* whyStretched(const Scene& scene, double t) {
-  return leavesReach(scene, t)
-             ? "the laws of the held tip leave the reach of the chain (longer links, or laws that move the "
-               "tip less, keep it within)"
+inline const char* whyStretched(const Scene& scene, double t, bool isAtRest) {
+  if (leavesReach(scene, t))
+    return "the laws of the held tip leave the reach of the chain (longer links, or laws that move the tip "
+           "less, keep it within)";
+  return isAtRest
+             ? "the chain to its held tip has come to rest straight or folded: nothing determines its way "
+               "on (other lengths, drives, or another place of the tip avoid this pose)"
              : "the chain to its held tip is straight or folded: there is no way on, or more than one "
                "(other lengths, drives, or another place of the tip avoid this pose)";
 }
@@ -126,8 +130,11 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
                   joint.isPrismatic ? "m/s²" : "rad/s²", joint.name.c_str());
   }
   const bool isLast = outcome == ode::Outcome::stepTooSmall && leavesReach(scene, t);
-  if (outcome == ode::Outcome::undetermined || isLast || dynamics.closureMargin(t, y) < stretched)
-    std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
+  if (outcome == ode::Outcome::undetermined || isLast || dynamics.closureMargin(t, y) < stretched) {
+    constexpr double still = 1e-5;  // rad/s, m/s
+    const Eigen::Map<const Eigen::VectorXd> rates(y + scene.q.size(), coordinates.size());
+    std::snprintf(why, sizeof why, "%s", whyStretched(scene, t, rates.cwiseAbs().maxCoeff() < still));
+  }
   char text[300];
   std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; ", scene.integrator.method.c_str(), t, why);
   to = text + stiffestParameter(scene, t, 0) +
@@ -179,6 +186,8 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
     const double most = ode::hasFixedStep(settings.method) ? 0.1 : 100 * settings.tolerance;
     constexpr double any = std::numeric_limits<double>::infinity();
     method = ode::projectedSteps(std::move(method), dynamics, scene.tip ? most : any);
+    if (scene.tip && !ode::hasFixedStep(settings.method))
+      method = ode::leapingSteps(std::move(method), dynamics, most);
   }
   const ode::EventList& events = dynamics.effects().events();
   return events.empty() ? std::move(method) : ode::stepsToEvents(std::move(method), events, dynamics);

@@ -72,40 +72,51 @@ MotionDerivatives::MotionDerivatives(const Scene& scene, const Effects& effects,
       commands_(commands),
       n_(scene.chain.size()),
       since_(t),
-      motion_(
-          scene, effects,
-          [&] {
-            std::vector<VariedMotion::Column> columns(index(2 * n_));
-            for (int i = 0; i < n_; ++i) columns.push_back({i});
-            for (const VariedNumber& number : numbers) {
-              numbers_.push_back(std::make_unique<NearScenes>(number));
-              paths_.push_back(number.path);
-              columns.push_back({-1, numbers_.back().get()});
-            }
-            return columns;
-          }(),
-          [this](int joint, double at) {
-            if (!commands_) return 1.0;
-            const double acts = since_ + commands_->delayOf(joint);
-            return pieceBegan_ < acts ? 0 : commands_->shareOf(joint, at - acts);
-          }),
-      state_(motion_.size()),
-      columns_(MatrixXd::Zero(2 * n_, static_cast<Eigen::Index>(motion_.columns().size()))),
+      alongSeries_(scene, effects, commands, numbers_),
       pieceBegan_(t) {
-  steps_ = stepsOf(motion_, toleranceFor(scene.integrator, n_, motion_.size(), !numbers.empty()));
+  for (const VariedNumber& number : numbers) {
+    numbers_.push_back(std::make_unique<NearScenes>(number));
+    paths_.push_back(number.path);
+    sizes_.push_back(number.size);
+  }
+  columns_.setZero(2 * n_, 3 * n_ + static_cast<Eigen::Index>(numbers.size()));
   beginColumns(fromStart, y);
   enterNumbers(t);
-  const double slope = largest(Eigen::Map<const VectorXd>(motion_.at(t, y.data()).slopes(), n_));
-  for (std::size_t k = 0; k < motion_.columns().size(); ++k) {
-    VariedMotion::Column& column = motion_.columns()[k];
+  keep();
+}
+
+MotionDerivatives::General::General(MotionDerivatives& of)
+    : motion(
+          of.scene_, of.effects_,
+          [&of] {
+            std::vector<VariedMotion::Column> columns(index(2 * of.n_));
+            for (int i = 0; i < of.n_; ++i) columns.push_back({i});
+            for (const auto& number : of.numbers_) columns.push_back({-1, number.get()});
+            return columns;
+          }(),
+          [&of](int joint, double at) {
+            if (!of.commands_) return 1.0;
+            const double acts = of.since_ + of.commands_->delayOf(joint);
+            return of.pieceBegan_ < acts ? 0 : of.commands_->shareOf(joint, at - acts);
+          }),
+      steps(stepsOf(motion, toleranceFor(of.scene_.integrator, of.n_, motion.size(), !of.numbers_.empty()))),
+      state(motion.size()) {}
+
+VariedMotion& MotionDerivatives::motion(double t, const VectorXd& y) {
+  if (general_) return general_->motion;
+  general_ = std::make_unique<General>(*this);
+  VariedMotion& motion = general_->motion;
+  const double slope = largest(Eigen::Map<const VectorXd>(motion.at(t, y.data()).slopes(), n_));
+  for (std::size_t k = 0; k < motion.columns().size(); ++k) {
+    VariedMotion::Column& column = motion.columns()[k];
     VectorXd source = VectorXd::Zero(n_);
-    if (fault_.empty()) motion_.findSource(column, source.data());
+    if (fault_.empty()) motion.findSource(column, source.data());
     const double size = std::max(largest(columns_.col(static_cast<Eigen::Index>(k))), largest(source));
     const auto number = static_cast<std::ptrdiff_t>(k) - 3 * n_;
-    const double least = number >= 0 ? leastOf(numbers[static_cast<std::size_t>(number)].size, slope) : 0;
+    const double least = number >= 0 ? leastOf(sizes_[static_cast<std::size_t>(number)], slope) : 0;
     column.scale = size > least ? size : least > 0 ? least : 1;
   }
-  keep();
+  return motion;
 }
 
 // ---- The start ---------------------------------------------------------------------------------------
@@ -125,10 +136,16 @@ void MotionDerivatives::beginColumns(bool fromStart, const VectorXd& y) {
     columns_.col(3 * n_ + static_cast<Eigen::Index>(k)) = numbers_[k]->start();
 }
 
+Couplings MotionDerivatives::couplingsAt(double t) const {
+  Couplings couplings(n_);
+  effects_.couple(t, 0, couplings);
+  return couplings;
+}
+
 /// A state beside the present one is moved to where the tip is held.
 void MotionDerivatives::close(const VectorXd& y) {
-  Closure closure(motion_.mechanism());
-  const Couplings couplings = motion_.couplings(since_);
+  Closure closure(motion(since_, y).mechanism());
+  const Couplings couplings = couplingsAt(since_);
   // Its sixth power is small, and the rounding of a projection, 1e-13, over it.
   constexpr double reach = 0.01;
   for (int k = 0; k < 2 * n_; ++k) {
@@ -147,8 +164,7 @@ void MotionDerivatives::close(const VectorXd& y) {
 
 /// A joint that sticks stops at once, by the impulse of its friction.
 void MotionDerivatives::stopHeldJoints(double t, const VectorXd& y) {
-  motion_.at(t, y.data());
-  const Couplings& couplings = motion_.couplings(t);
+  const Couplings couplings = couplingsAt(t);
   const Coordinates& coordinates = scene_.chain.coordinates();
   const VectorXd still = VectorXd::Zero(2 * n_);
   VectorXd stops(n_), change(n_);
@@ -158,7 +174,8 @@ void MotionDerivatives::stopHeldJoints(double t, const VectorXd& y) {
       stops[i] = isPrescribed ? -coordinates.relative(columns_.col(k).data() + n_, i) : 0;
     }
     if (largest(stops) == 0) continue;
-    motion_.change(still.data(), stops.data(), change.data());
+    motion(t, y).at(t, y.data());
+    motion(t, y).change(still.data(), stops.data(), change.data());
     columns_.col(k).tail(n_) += change;
   }
 }
@@ -177,8 +194,9 @@ bool MotionDerivatives::enterNumbers(double t) {
 /// The scale of a column stays until the column is far larger: a new one restarts the method.
 void MotionDerivatives::scaleColumns() {
   constexpr double farLarger = 64;
-  for (std::size_t k = 0; k < motion_.columns().size(); ++k) {
-    double& scale = motion_.columns()[k].scale;
+  std::vector<VariedMotion::Column>& columns = general_->motion.columns();
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    double& scale = columns[k].scale;
     const double size = largest(columns_.col(static_cast<Eigen::Index>(k)));
     if (!(size > farLarger * scale)) continue;
     scale = size;
@@ -196,30 +214,48 @@ double MotionDerivatives::nextShare(double t) const {
   return next;
 }
 
-void MotionDerivatives::follow(double t, const VectorXd& y, double end) {
-  if (!fault_.empty() || end <= t || !enterNumbers(t)) return;
-  motion_.enter();
+void MotionDerivatives::follow(double t, const VectorXd& y, double end, const VectorXd& yEnd,
+                               const MotionInSeries& series) {
+  if (!fault_.empty() || end <= t) return;
+  const double most = 100 * scene_.integrator.tolerance;
+  if (!ColumnSteps::isAlong(series, t, y.head(2 * n_), end, yEnd.head(2 * n_), most))
+    return followGenerally(t, y, end);
+  if (!isEntered_) {
+    if (!enterNumbers(t)) return;
+    hasSeries_ = alongSeries_.enter(t, y, series);
+    isEntered_ = true;
+  }
+  if (!hasSeries_ || !alongSeries_.follow(series, end - t, columns_)) return followGenerally(t, y, end);
+  hasChanged_ = true;
+}
+
+void MotionDerivatives::followGenerally(double t, const VectorXd& y, double end) {
+  if (!enterNumbers(t)) return;
+  motion(t, y).enter();
   scaleColumns();
-  state_.t = t;
-  state_.carry.setZero();
-  state_.y.head(2 * n_) = y.head(2 * n_);
+  const std::vector<VariedMotion::Column>& columns = general_->motion.columns();
+  ode::State& state = general_->state;
+  ode::Integrator& steps = *general_->steps;
+  state.t = t;
+  state.carry.setZero();
+  state.y.head(2 * n_) = y.head(2 * n_);
   const auto part = [&](std::size_t k) {
-    return state_.y.segment(2 * n_ * static_cast<Eigen::Index>(1 + k), 2 * n_);
+    return state.y.segment(2 * n_ * static_cast<Eigen::Index>(1 + k), 2 * n_);
   };
-  for (std::size_t k = 0; k < motion_.columns().size(); ++k)
-    part(k) = columns_.col(static_cast<Eigen::Index>(k)) / motion_.columns()[k].scale;
-  while (state_.t < end) {
-    hasChanged_ ? steps_->passEvent() : steps_->forgetSlope();
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    part(k) = columns_.col(static_cast<Eigen::Index>(k)) / columns[k].scale;
+  while (state.t < end) {
+    hasChanged_ ? steps.passEvent() : steps.forgetSlope();
     hasChanged_ = false;
-    pieceBegan_ = state_.t;
-    const double next = nextShare(state_.t);
-    const ode::Outcome outcome = steps_->integrate(state_, std::min(end, next), effects_.longestStep());
-    if (ode::hasFailed(outcome) || !state_.y.allFinite())
-      return fail(state_.t, "they leave the finite numbers, or change too fast");
+    pieceBegan_ = state.t;
+    const double next = nextShare(state.t);
+    const ode::Outcome outcome = steps.integrate(state, std::min(end, next), effects_.longestStep());
+    if (ode::hasFailed(outcome) || !state.y.allFinite())
+      return fail(state.t, "they leave the finite numbers, or change too fast");
     hasChanged_ = next <= end;
   }
-  for (std::size_t k = 0; k < motion_.columns().size(); ++k)
-    columns_.col(static_cast<Eigen::Index>(k)) = motion_.columns()[k].scale * part(k);
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    columns_.col(static_cast<Eigen::Index>(k)) = columns[k].scale * part(k);
 }
 
 // ---- A switch ----------------------------------------------------------------------------------------
@@ -243,11 +279,12 @@ double MotionDerivatives::slopeOf(const EventPlace& event, double t, const Vecto
 void MotionDerivatives::meet(double t, const VectorXd& y, const ode::LocatedEvent& located) {
   if (!fault_.empty()) return;
   const EventPlace event(effects_, located, t, y.data());
-  const std::vector<VariedMotion::Column>& columns = motion_.columns();
-  const Evaluation& at = motion_.at(t, y.data());
+  VariedMotion& motion = this->motion(t, y);
+  const std::vector<VariedMotion::Column>& columns = motion.columns();
+  const Evaluation& at = motion.at(t, y.data());
   slopes_ = VectorXd(2 * n_);
   slopes_ << y.segment(n_, n_), Eigen::Map<const VectorXd>(at.slopes(), n_);
-  const Couplings& couplings = motion_.couplings(t);
+  const Couplings& couplings = motion.couplings(t);
   wereHeld_.assign(index(n_), false);
   for (int i = 0; i < n_; ++i) wereHeld_[index(i)] = couplings.joints[index(i)].isPrescribed;
   eventSlope_ = slopeOf(event, t, y, slopes_.data(), 1);
@@ -262,22 +299,23 @@ void MotionDerivatives::meet(double t, const VectorXd& y, const ode::LocatedEven
   torqueMoments_ = MatrixXd(n_, n_);
   VectorXd source(n_);
   for (int i = 0; i < n_; ++i) {
-    motion_.findSource({i}, source.data());
-    for (int j = 0; j < n_; ++j) torqueMoments_(j, i) = motion_.shareOf(i, t) * motion_.moment(j);
+    motion.findSource({i}, source.data());
+    for (int j = 0; j < n_; ++j) torqueMoments_(j, i) = motion.shareOf(i, t) * motion.moment(j);
   }
 }
 
 void MotionDerivatives::pass(double t, const VectorXd& y) {
   if (!fault_.empty()) return;
-  motion_.enter();
+  VariedMotion& motion = this->motion(t, y);
+  motion.enter();
   enter();
-  const Evaluation& at = motion_.at(t, y.data());
+  const Evaluation& at = motion.at(t, y.data());
   const VectorXd after = Eigen::Map<const VectorXd>(at.slopes(), n_), jump = slopes_.tail(n_) - after;
   constexpr double rounding = 1e-10;  // of accelerations, where f has but a kink
   if (largest(jump) <= rounding * std::max(largest(after), largest(slopes_.tail(n_)))) return;
   // A torque moves the time at which a joint breaks loose by itself, too.
   for (int i = 0; i < n_; ++i) {
-    if (!wereHeld_[index(i)] || motion_.couplings(t).joints[index(i)].isPrescribed) continue;
+    if (!wereHeld_[index(i)] || motion.couplings(t).joints[index(i)].isPrescribed) continue;
     delays_.segment(2 * n_, n_) -=
         (moments_[i] > 0 ? 1 : -1) / eventSlope_ * torqueMoments_.row(i).transpose();
   }

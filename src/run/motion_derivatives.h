@@ -1,8 +1,9 @@
 #pragma once
 
 /// The derivatives of a simulation's motion (planar_chain/derivatives.h). They follow the motion piece by
-/// piece: from a state of the simulation to a later one they integrate the motion again, together with their
-/// columns (dynamics/varied_motion.h), with the tolerance of the scene. So they change no bit of the motion.
+/// piece: along its Taylor steps (column_steps.h); or where that is not possible, they integrate the motion
+/// again from a state of the simulation to a later one, together with their columns
+/// (dynamics/varied_motion.h), with the tolerance of the scene. So they change no bit of the motion.
 
 #include <memory>
 #include <string>
@@ -13,6 +14,7 @@
 #include "ode/integrator.h"
 #include "planar_chain/derivatives.h"
 #include "planar_chain/scene.h"
+#include "run/column_steps.h"
 
 namespace planar_chain {
 
@@ -25,17 +27,29 @@ class MotionDerivatives {
                     const std::vector<VariedNumber>& numbers, bool fromStart, double t,
                     const Eigen::VectorXd& y);
 
-  /// Follows the motion from a state to the time of another one. What acts is the same on the way.
-  void follow(double t, const Eigen::VectorXd& y, double end);
+  /// Follows the motion from one state to another. What acts is the same on the way. series: one that the
+  /// motion may have taken, in one step.
+  void follow(double t, const Eigen::VectorXd& y, double end, const Eigen::VectorXd& yEnd,
+              const MotionInSeries& series);
+  /// Call it if the motion has leapt over a change point (ode/leaping_steps.h): there
+  /// the equations of the derivatives lose a rank, too.
+  void passChangePoint(double t) { fail(t, "the chain to its held tip gets straight or folded"); }
   /// Call these before and after the events that have happened at a state are fired.
   void meet(double t, const Eigen::VectorXd& y, const ode::LocatedEvent& located);
   void pass(double t, const Eigen::VectorXd& y);
   /// Call it when what acts has changed at a time that is given.
-  void enter() { hasChanged_ = true; }
+  void enter() {
+    hasChanged_ = true;
+    isEntered_ = false;
+  }
   /// Keeps the present columns; goes back to those.
-  void keep() { kept_ = columns_; }
+  void keep() {
+    kept_ = columns_;
+    keptFault_ = fault_;
+  }
   void goBack() {
     columns_ = kept_;
+    fault_ = keptFault_;
     enter();
   }
 
@@ -44,6 +58,17 @@ class MotionDerivatives {
   Derivatives derivatives() const;
 
  private:
+  /// The motion and its columns as one initial value problem.
+  struct General {
+    explicit General(MotionDerivatives& of);
+    VariedMotion motion;
+    std::unique_ptr<ode::Integrator> steps;
+    ode::State state;
+  };
+  /// Made at the state where it is first needed.
+  VariedMotion& motion(double t, const Eigen::VectorXd& y);
+  void followGenerally(double t, const Eigen::VectorXd& y, double end);
+  Couplings couplingsAt(double t) const;
   void beginColumns(bool fromStart, const Eigen::VectorXd& y);
   void close(const Eigen::VectorXd& y);
   void stopHeldJoints(double t, const Eigen::VectorXd& y);
@@ -61,9 +86,9 @@ class MotionDerivatives {
   const double since_;  ///< s
   std::vector<std::unique_ptr<NearScenes>> numbers_;
   std::vector<std::string> paths_;
-  VariedMotion motion_;
-  std::unique_ptr<ode::Integrator> steps_;
-  ode::State state_;
+  std::vector<double> sizes_;
+  ColumnSteps alongSeries_;
+  std::unique_ptr<General> general_;
   Eigen::MatrixXd columns_, kept_;  ///< of (θ, ω), not scaled
   Eigen::VectorXd slopes_;          ///< before the switch
   Eigen::VectorXd delays_;          ///< of the switch, one a column
@@ -71,9 +96,10 @@ class MotionDerivatives {
   Eigen::MatrixXd torqueMoments_;   ///< how they change with each torque
   std::vector<bool> wereHeld_;
   double eventSlope_ = 0;
-  double pieceBegan_ = 0;  ///< s
-  bool hasChanged_ = true;
-  std::string fault_;
+  double pieceBegan_ = 0;   ///< s
+  bool hasChanged_ = true;  ///< since the last steps of general_
+  bool isEntered_ = false, hasSeries_ = false;
+  std::string fault_, keptFault_;
 };
 
 }  // namespace planar_chain

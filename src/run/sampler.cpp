@@ -49,8 +49,9 @@ ode::Outcome Sampler::integrate(ode::Integrator& integrator, ode::State& state, 
   ode::Outcome outcome = ode::Outcome::underway;
   for (int k = 0; outcome == ode::Outcome::underway && k < EnergyCheck::period && state.t < latest; ++k) {
     start_ = state;
+    const long long leaps = integrator.count().leaps;
     outcome = integrator.integrate(state, end, longestStep, 1);
-    if (!ode::hasFailed(outcome)) measureWithin(start_, state, integrator.name());
+    if (!ode::hasFailed(outcome)) measureWithin(start_, state, integrator, integrator.count().leaps > leaps);
   }
   return outcome;
 }
@@ -65,10 +66,12 @@ void Sampler::measureAt(const ode::State& state) {
   while (bank_.next() <= state.t) take(state);
 }
 
-void Sampler::measureWithin(const ode::State& from, const ode::State& to, const std::string& method) {
+void Sampler::measureWithin(const ode::State& from, const ode::State& to, ode::Integrator& last,
+                            bool isLeap) {
   if (bank_.next() > to.t) return;
   while (bank_.next() < to.t) {
-    moveTo(bank_.next(), from, to, method);
+    at_ = from;
+    if (!isLeap || !last.lookTo(at_, bank_.next())) moveTo(bank_.next(), from, to, last.name());
     take(at_);
   }
   measureAt(to);

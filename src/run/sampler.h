@@ -7,6 +7,7 @@
 ///     fixed steps      by one step of the same method, so with an error of the same order
 ///     adaptive steps   with the scene's tolerance, by dop853 if the motion's own method is explicit; by
 ///                      rodas5p if it is not, or if dop853 needs more than `mostSteps` steps
+///     leaps            by their polynomial (ode/leap.h)
 ///     where they fail  by one step of ros34pw2, or of the scene's method if its steps are fixed;
 ///                      if that is not finite, along a straight line
 ///
@@ -55,8 +56,8 @@ class Sampler {
 
  private:
   std::unique_ptr<ode::Integrator> makeIntegrator(const std::string& method) const;
-  /// Takes the measurements that are due within a step, and at its end. method: of the step.
-  void measureWithin(const ode::State& from, const ode::State& to, const std::string& method);
+  /// Takes the measurements that are due within the last step, and at its end.
+  void measureWithin(const ode::State& from, const ode::State& to, ode::Integrator& last, bool isLeap);
   /// Allocates nothing.
   void moveTo(double t, const ode::State& from, const ode::State& to, const std::string& method);
   void take(const ode::State& state);

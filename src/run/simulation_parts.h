@@ -197,23 +197,26 @@ struct Simulation::Parts {
   /// Some steps towards t; or, in trouble, none, and the next method.
   void advance(double t) {
     const double end = std::min(t, dynamics.effects().until());
-    const long long before = integrator().count().accepted;
+    const ode::StepCount before = integrator().count();
     const double longest = dynamics.effects().longestStep();
     const double begin = state.t;
     if (derivatives) pieceFrom = y;
     ode::Integrator& steps = watch ? watch->over(integrator()) : integrator();
-    const ode::Outcome outcome = sampler ? sampler->integrate(steps, state, end, longest)
-                                         : steps.integrate(state, end, longest, EnergyCheck::period);
+    const ode::Outcome outcome = sampler       ? sampler->integrate(steps, state, end, longest)
+                                 : derivatives ? integrateWithDerivatives(steps, end, longest)
+                                               : steps.integrate(state, end, longest, EnergyCheck::period);
     restore();
     if (watch) watch->take();
 
     // The balance of energy, every few steps.
-    unchecked += integrator().count().accepted - before;
+    const ode::StepCount count = integrator().count();
+    unchecked += count.accepted - before.accepted;
     const bool hasSwitched = outcome == ode::Outcome::switched;
     const bool isDue = !hasSwitched || unchecked >= EnergyCheck::period || state.t >= end || isOver();
     if (ode::hasFailed(outcome) || (isDue && !guard.accept(state, y.data(), unchecked)))
       return goBack(outcome);
-    if (derivatives) derivatives->follow(begin, pieceFrom, state.t);
+    if (derivatives && count.leaps > before.leaps) derivatives->passChangePoint(begin);
+    if (derivatives && sampler) derivatives->follow(begin, pieceFrom, state.t, y, {});
     if (isDue) {
       if (derivatives) derivatives->keep();
       unchecked = 0;
@@ -241,6 +244,19 @@ struct Simulation::Parts {
     } else if (isStuck()) {
       rescueBy(fallbackCount - 1);
     }
+  }
+
+  /// As Integrator::integrate(), and derivatives follow each step.
+  ode::Outcome integrateWithDerivatives(ode::Integrator& steps, double end, double longest) {
+    ode::Outcome outcome = ode::Outcome::underway;
+    for (int k = 0; outcome == ode::Outcome::underway && k < EnergyCheck::period; ++k) {
+      pieceFrom = y;
+      const double begin = state.t;
+      outcome = steps.integrate(state, end, longest, 1);
+      restore();
+      if (!ode::hasFailed(outcome)) derivatives->follow(begin, pieceFrom, state.t, y, dynamics.lastSeries());
+    }
+    return outcome;
   }
 
   /// To the last good state, and on by the next method, if there is one.

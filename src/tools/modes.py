@@ -10,7 +10,8 @@ import argparse
 import os
 import sys
 
-from chain import NoChain
+from chain import NoChain, read_chain
+from drawing.body import Body, Places
 from files import notes_by, require_outputs, require_picture, save_picture, scene_file
 from user_input import read_numbers, read_torques
 try:
@@ -22,12 +23,12 @@ except ImportError as missing:
 
 MOST = 12  # panels
 COLUMNS, PANEL, WIDEST, WIDTH = 4, 2.6, 4.5, 7.5  # inch: width of a panel at least and at most; of the drawing at least
-ABOVE, HIGHEST = 0.5, 1.5     # inch: of a panel's title and numbers; its height, of its width
+ABOVE = 0.5                   # inch: of a panel's title and numbers
+SLIM, HIGHEST = 0.6, 1.5      # height of a panel at least and at most, of its width
 SWING, BEND = 0.2, 0.6        # of the reach: the way of the pin that moves most; rad: most in a joint
 ALONG, BESIDE = 0.2, 0.25     # a swing with a smaller share across the links covers the chain: so far beside it, of the reach, it is drawn
 SMALL = 1e-4                  # of a shape: it moves pins in proportion
-FREE, SLIM = 0.08, 0.6        # of the drawing's larger side: around it; the smaller side at least
-AT_REST, FORTH, BACK = {"color": "#7F7F7F"}, {"color": "#0072B2"}, {"color": "#D55E00"}
+AT_REST, FORTH, BACK = "#7F7F7F", "#0072B2", "#D55E00"
 
 
 def arguments():
@@ -40,28 +41,26 @@ def arguments():
     return parser.parse_args()
 
 
-def ways(links, q, shapes):
+def ways(body, q, shapes):
     """The pins at rest; how each shape moves them, row by row."""
-    from plot_strobe import pins  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
-    at = pins(links, np.zeros((shapes.shape[1] + 1, 3)), np.array([q, *(q + SMALL * shape for shape in shapes.T)]))[0]
+    at = Places(body, np.zeros((shapes.shape[1] + 1, 3)), np.array([q, *(q + SMALL * shape for shape in shapes.T)])).points
     return at[0], (at[1:] - at[0]) / SMALL
 
 
-def deflections(links, q, shapes):
+def deflections(body, q, shapes):
     """The ± amplitude of each mode, n × k: as large as SWING and BEND allow."""
-    reach = np.sum(abs(links.pin)) or 1.0
-    way = abs(ways(links, q, shapes)[1]).max(axis=1)
-    turn = np.abs(np.where(links.axis[:, np.newaxis] == 0, shapes, 0)).max(axis=0)
-    return shapes * np.minimum(SWING * reach / np.maximum(way, 1e-300), BEND / np.maximum(turn, 1e-300))
+    way = abs(ways(body, q, shapes)[1]).max(axis=1)
+    turn = np.abs(np.where(body.axis[:, np.newaxis] == 0, shapes, 0)).max(axis=0)
+    return shapes * np.minimum(SWING * body.reach / np.maximum(way, 1e-300), BEND / np.maximum(turn, 1e-300))
 
 
-def beside(links, q, shapes):
+def beside(body, q, shapes):
     """The way, complex, m, by which the chain is drawn beside itself in each mode: 0 unless it moves along its links."""
-    rest, moves = ways(links, q, shapes)
+    rest, moves = ways(body, q, shapes)
     along = np.diff(rest)
     across = abs((moves[:, 1:] * along.conj()).imag / np.maximum(abs(along), 1e-300)).max(axis=1, initial=0)
     covers = (across < ALONG * abs(moves).max(axis=1)) * (len(along) > 0)
-    return covers * BESIDE * np.sum(abs(links.pin)) * (1 if np.ptp(rest.imag) > np.ptp(rest.real) else 1j)
+    return covers * BESIDE * body.reach * (1 if np.ptp(rest.imag) > np.ptp(rest.real) else 1j)
 
 
 def title_of(mode, k):
@@ -76,38 +75,28 @@ def draw(scene, mode, title):
     import matplotlib  # pylint: disable=import-outside-toplevel
     matplotlib.use("Agg")
     from matplotlib import pyplot  # pylint: disable=import-outside-toplevel
-    from plot_strobe import Links, axes_of, draw_instant, draw_marks, is_aside, marks_of, pins, spans_of  # pylint: disable=import-outside-toplevel
-    links = Links(scene)
-    reach = np.sum(abs(links.pin)) or 1.0
+    from drawing.poses import Pose, View, in_view, lines_of  # pylint: disable=import-outside-toplevel
+    body = Body(read_chain(scene))
     count = min(MOST, len(mode.kinds))
-    a = deflections(links, mode.q, mode.shapes.real[:, :count])
-    # Rows of pins(): at rest, then forth and back of each mode.
+    a = deflections(body, mode.q, mode.shapes.real[:, :count])
+    # Rows: at rest, then forth and back of each mode.
     q = np.vstack([mode.q, *(mode.q + sign * a[:, k] for k in range(count) for sign in (1, -1))])
-    base = np.zeros((len(q), 3))
-    poses = list(zip(*pins(links, base, q), axes_of(links, base, q, spans_of(links, q)), marks_of(links, base, q)))
-    shifts = [0, *np.outer(beside(links, mode.q, a), [1, -1]).ravel()]
-    poses = [[part + shift for part in pose] for pose, shift in zip(poses, shifts)]
-    drawn = np.concatenate([part.ravel() for pose in poses for part in pose] + [links.grounds])
-    aside = np.flatnonzero(is_aside(links, reach))
+    places = Places(body, np.zeros((len(q), 3)), q, shift=[0, *np.outer(beside(body, mode.q, a), [1, -1]).ravel()])
+    view = View(in_view(places), body.reach)
     rows, columns = -(-count // COLUMNS), min(count, COLUMNS)
-    largest = max(np.ptp(drawn.real), np.ptp(drawn.imag))
-    middles, halves = np.array([((part.min() + part.max()) / 2, max(np.ptp(part), SLIM * largest) / 2 + FREE * largest)
-                                for part in (drawn.real, drawn.imag)]).T
     width = np.clip(WIDTH / columns, PANEL, WIDEST)
-    height = width * min(halves[1] / halves[0], HIGHEST) + ABOVE
-    figure, panels = pyplot.subplots(rows, columns, figsize=(width * columns, height * rows), squeeze=False, constrained_layout=True)
+    box = np.array([width, width * np.clip(view.size[1] / view.size[0], SLIM, HIGHEST)])
+    figure, panels = pyplot.subplots(rows, columns, figsize=(box[0] * columns, (box[1] + ABOVE) * rows), squeeze=False, constrained_layout=True)
     figure.suptitle(title, fontsize="medium")
     for k, axes in enumerate(panels.flat):
         if k >= count:
             axes.axis("off")
             continue
-        for pose, paint in ((0, AT_REST), (2 * k + 1, FORTH), (2 * k + 2, BACK)):
-            draw_instant(axes, links, aside, *poses[pose][:-1], **paint)
-            draw_marks(axes, links, poses[pose][-1], shifts[pose], **paint)
+        lines = lines_of(places, view.limit(axes, box))
+        for pose, colour in ((0, AT_REST), (2 * k + 1, FORTH), (2 * k + 2, BACK)):
+            Pose(axes, lines, colour).show(lines, pose)
         axes.set_title(title_of(mode, k), fontsize="small", color="#B00000" if mode.kinds[k] == "unstable" else "black")
         axes.set_aspect("equal")
-        for middle, half, limit in zip(middles, halves, (axes.set_xlim, axes.set_ylim)):
-            limit(middle - half, middle + half)
         axes.tick_params(labelsize="x-small")
         axes.grid(alpha=0.3)
     return figure

@@ -84,7 +84,7 @@ class Calls(unittest.TestCase):
         of_force = "link, force, point=None, duration=None, moment=0.0, start=-?[0-9.einf]+"
         for call, words in (
                 (lambda: planar_chain.simulate(scene, [1], x=1), "planar_chain.simulate: expected the arguments scene, times, "
-                                                                 "most_steps=None, derivatives=None, got unexpected argument 'x'"),
+                                                                 "most_steps=None, derivatives=None, events=None, got unexpected argument 'x'"),
                 (lambda: planar_chain.simulate(scene, [1], method="rk4"),
                  r"planar_chain.simulate: .*, got unexpected argument 'method' \(give it to the scene: " +
                  re.escape('Scene({**scene.to_dict(), "integrator": {\'method\': \'rk4\'}}))')),

@@ -10,7 +10,7 @@ import re
 import subprocess
 import sys
 
-KERNEL = re.compile(r"planar_chain::simd::(kernel|vectors|shortChains)Avx(2|512)")
+KERNEL = re.compile(r"planar_chain::simd::(kernel|vectors|shortChains|columns)Avx(2|512)")
 POINTER = re.compile(r"DW\.ref\.\w+")  # to a function of the C++ library: no code
 
 

@@ -7,6 +7,8 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <new>
 #include <string>
 
@@ -85,6 +87,16 @@ TEST_P(Allocating, NothingInTheLoop) {
   const long before = allocations;
   const std::vector<double> counted(100);
   EXPECT_GT(allocations, before) << "the counter does not count";
+}
+
+/// A parallelogram goes through two change points (ode/leap.h).
+TEST(AllocatingNothing, OverAChangePoint) {
+  std::ifstream file(SCENES_DIR "/linkage.yaml");
+  Simulation simulation(readSceneText({std::istreambuf_iterator<char>(file), {}}));
+  ASSERT_TRUE(simulation.advanceTo(0.1));
+  const long before = allocations;
+  ASSERT_TRUE(simulation.advanceTo(1.5)) << simulation.fault();
+  EXPECT_EQ(allocations, before);
 }
 
 // By number, and as the segments are gone through.
