@@ -2,7 +2,7 @@
 
 /// The unknowns of an equilibrium. Bodies behind driven joints turn with the body inside: they are one group.
 /// Group −1 is the ground. A displacement is a group of its own; those come first. Displacements of carriages
-/// are no groups if angles do not depend on them: without a held tip, and forces that depend on place.
+/// are no groups if angles do not depend on them: without a held tip, and forces that depend on position.
 
 #include <vector>
 
@@ -12,14 +12,14 @@ namespace planar_chain {
 
 class BodyGroups {
  public:
-  BodyGroups(const Scene& scene, bool forcesDependOnPlace)
-      : coordinates_(scene.chain.coordinates()), dependOnPlace_(forcesDependOnPlace) {
+  BodyGroups(const Scene& scene, bool forcesDependOnPosition)
+      : coordinates_(scene.chain.coordinates()), dependOnPosition_(forcesDependOnPosition) {
     const int n = scene.chain.size();
     isDriven_.resize(index(n), false);
     for (const Drive& drive : scene.drives) isDriven_[index(drive.joint)] = true;
     groups_.assign(index(n), -1);
     for (int j = 0; j < n; ++j) {
-      const bool isApart = coordinates_.turner(j) < 0 && !scene.tip && !dependOnPlace_;
+      const bool isApart = coordinates_.turner(j) < 0 && !scene.tip && !dependOnPosition_;
       if (!coordinates_.isPrismatic(j) || isDriven(j) || isApart) continue;
       groups_[index(j)] = size();
       firsts_.push_back(j);
@@ -36,8 +36,8 @@ class BodyGroups {
     }
   }
 
-  /// True if forces depend on place.
-  bool dependOnPlace() const { return dependOnPlace_; }
+  /// True if forces depend on position.
+  bool dependOnPosition() const { return dependOnPosition_; }
   int size() const { return static_cast<int>(firsts_.size()); }
   /// The number of groups that are displacements.
   int displacements() const { return displacements_; }
@@ -54,7 +54,7 @@ class BodyGroups {
 
  private:
   const Coordinates coordinates_;
-  const bool dependOnPlace_;
+  const bool dependOnPosition_;
   std::vector<bool> isDriven_;
   std::vector<int> groups_, firsts_;
   int displacements_ = 0;

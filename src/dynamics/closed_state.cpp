@@ -17,7 +17,7 @@ double guessedAngle(Vec2d v) {
   return std::round(std::atan2(v.y, v.x) * 0x1p20) * 0x1p-20;
 }
 
-/// Lays the chain along an arc from its first pin to the tip's place, which hangs down. Prismatic and
+/// Lays the chain along an arc from its first pin to the tip's position, which hangs down. Prismatic and
 /// prescribed joints stay.
 void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
   const Coordinates& coordinates = chain.coordinates();
@@ -30,11 +30,11 @@ void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
     for (int j = 0; j < n; ++j) e[index(j)] = plainRotation(coordinates.angle(y.data(), j) + turn);
     const PointAt<double> tip = sweepOutwards(chain, PointAt<double>{}, e.data(), none.data(), y.data(),
                                               none.data(), [&](int j, const PointAt<double>& own) {
-                                                if (j == first) start = own.place;
+                                                if (j == first) start = own.position;
                                               });
-    return tip.place - start;
+    return tip.position - start;
   };
-  Vec2d to = at.tipPlace - at.base().pin;
+  Vec2d to = at.tipPosition - at.base().pin;
   if (leading > 0) to -= wayFrom(0, at.angle.value) - wayFrom(leading, at.angle.value);
   if (at.tip.rows == 1) to = dot(at.tip.row[0], to) * at.tip.row[0];
   // The chord shrinks while the angle of the arc grows to a whole turn.
@@ -81,7 +81,7 @@ double outOfReach(const Chain& chain, const Couplings& at) {
     whole += length(link.pin);
     longest = std::max(longest, length(link.pin));
   }
-  const double distance = length(at.tipPlace - at.base().pin), rounding = Closure::closed * whole;
+  const double distance = length(at.tipPosition - at.base().pin), rounding = Closure::closed * whole;
   const double gap = std::max(distance - whole, 2 * longest - whole - distance);
   return gap > rounding ? gap : 0;
 }

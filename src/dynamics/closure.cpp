@@ -30,7 +30,7 @@ Closure::Closure(const Mechanism& mechanism)
       moments_(omega_) {}
 
 double Closure::sizeAt(const Couplings& at) const {
-  return reach_ + length(at.tipPlace);
+  return reach_ + length(at.tipPosition);
 }
 
 Vec2d Closure::alongRows(const Couplings& at, Vec2d a) const {
@@ -58,7 +58,7 @@ PointAt<double> Closure::tip(const Couplings& at, const double* y) {
 
 Vec2d Closure::gap(const Couplings& at, const double* y) {
   pose(at, y);
-  return alongRows(at, at.tipPlace - tip(at, y).place);
+  return alongRows(at, at.tipPosition - tip(at, y).position);
 }
 
 Vec2d Closure::rateGap(const Couplings& at, const double* y) {

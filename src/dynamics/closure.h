@@ -5,7 +5,7 @@
 ///     c_j·(x_T(t) − x_tip) = 0            c_j·(ẋ_T(t) − ẋ_tip) = 0            rows c_j: tip_constraint.h
 ///
 /// What is missing is made up by the motion of least kinetic energy that moves the tip so far: that of an
-/// impulse on the tip of the chain at rest. For places this is Newton's method in the metric of the
+/// impulse on the tip of the chain at rest. For positions this is Newton's method in the metric of the
 /// mass matrix, for rates it is exact. Each iteration is one sweep, O(n). Prescribed joints stay where they
 /// are.
 ///
@@ -42,7 +42,7 @@ class Closure {
   double spread(const Couplings& at, const double* y);
   /// The same where the last project() ended.
   double lastSpread(const Couplings& at) const;
-  /// The length that gaps are compared with: the reach and the place of the tip, m.
+  /// The length that gaps are compared with: the reach and the position of the tip, m.
   double sizeAt(const Couplings& at) const;
 
  private:

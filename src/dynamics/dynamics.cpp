@@ -18,14 +18,14 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
     : effects_(scene, std::move(more)),
       mechanism_(scene, !isBare(scene, effects_)),
       n_(mechanism_.size()),
-      places_(mechanism_.places()),
+      firstRate_(mechanism_.paddedSize()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
       stores_(scene.chain),
       recursion_(mechanism_.makeRecursion()) {
   effects_.takeLaneOrder(mechanism_.lanes());
   if (!isBare(scene, effects_)) general_.emplace(mechanism_, effects_);
   if (isFree(scene)) momenta_.emplace(mechanism_, effects_);
-  positions_ = !general_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
+  positions_ = !general_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : firstRate_;
 
   const auto n = index(n_);
   const bool acts = !effects_.empty(), hasForces = effects_.mostActing() == LoadKind::forces;
@@ -37,13 +37,13 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
   N_ = room_.N.data();
   external_ = {room_.e.data(), N_, room_.F.data(), -1.0 * scene.chain.gravity()};
   if (mechanism_.lanes()) {
-    const auto places = index(places_);
+    const auto firstRate = index(firstRate_);
     room_.state.resize(2 * n);
-    room_.eInLanes = AlignedArray<Rotation<double>>(places);
-    room_.FInLanes = AlignedArray<Vec2d>(hasForces ? places : 0);
-    room_.NInLanes = CacheLines(acts ? places : 0);
+    room_.eInLanes = AlignedArray<Rotation<double>>(firstRate);
+    room_.FInLanes = AlignedArray<Vec2d>(hasForces ? firstRate : 0);
+    room_.NInLanes = CacheLines(acts ? firstRate : 0);
     room_.yInLanes = CacheLines(index(sizeInLaneOrder()));
-    room_.ratesInLanes = CacheLines(index(places_ + works_));
+    room_.ratesInLanes = CacheLines(index(firstRate_ + works_));
     N_ = room_.NInLanes.data();
     external_ = {room_.eInLanes.data(), N_, room_.FInLanes.data(), external_.ground};
   }
@@ -137,12 +137,12 @@ void Dynamics::loadsToLanes(LoadKind acting) {
 
 void Dynamics::toLaneOrder(const double* y, double* laneOrdered) const {
   mechanism_.toLaneOrder(y, laneOrdered);
-  std::copy_n(y + 2 * n_, works_, laneOrdered + 2 * places_);
+  std::copy_n(y + 2 * n_, works_, laneOrdered + 2 * firstRate_);
 }
 
 void Dynamics::toChainOrder(const double* laneOrdered, double* y) const {
   mechanism_.toChainOrder(laneOrdered, y);
-  std::copy_n(laneOrdered + 2 * places_, works_, y + 2 * n_);
+  std::copy_n(laneOrdered + 2 * firstRate_, works_, y + 2 * n_);
 }
 
 // ---- f(t, y) ---------------------------------------------------------------------------------------
@@ -157,10 +157,10 @@ void Dynamics::toChainOrder(const double* laneOrdered, double* y) const {
 /// Not inline: short chains would save registers for it.
 [[gnu::noinline]] void Dynamics::runLong(LoadKind acting, const Loads& external, const double* y,
                                          double* rates) {
-  const double* omega = y + places_;
+  const double* omega = y + firstRate_;
   const double* N = acting == LoadKind::nothing ? nullptr : external.N;
   const Vec2d* F = acting == LoadKind::forces ? external.F : nullptr;
-  mechanism_.rotate(y, external.e, places_);
+  mechanism_.rotate(y, external.e, firstRate_);
   std::get_if<Segments>(&recursion_)->accelerations(external.e, omega, N, F, external.ground, rates);
 }
 
@@ -178,9 +178,9 @@ inline Powers Dynamics::ratesUnderEffects(double t, const double* y, double* out
     powers = apply(effects_.activeInOrder(), t, ordered, ordered + n_);
     loadsToLanes(acting);
   } else if (acting != LoadKind::nothing) {
-    std::fill_n(N_, places_, 0.0);
+    std::fill_n(N_, firstRate_, 0.0);
   }
-  for (InLanes* effect : effects_.activeInLanes()) powers += effect->applyInLanes(y, y + places_, N_);
+  for (InLanes* effect : effects_.activeInLanes()) powers += effect->applyInLanes(y, y + firstRate_, N_);
   run(acting, external_, y, out);
   return powers;
 }
@@ -188,13 +188,13 @@ inline Powers Dynamics::ratesUnderEffects(double t, const double* y, double* out
 [[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
   const Powers powers = general_ ? general_->rates(t, y, out) : ratesUnderEffects(t, y, out);
   if (works_ == 0) return;
-  double* works = out + 2 * places_ - positions_;
+  double* works = out + 2 * firstRate_ - positions_;
   works[0] = powers.supplied;
   works[1] = powers.dissipated;
 }
 
 void Dynamics::evaluate(double t, const double* y, double* dydt) {
-  std::copy_n(y + places_, positions_, dydt);
+  std::copy_n(y + firstRate_, positions_, dydt);
   evaluateRates(t, y, dydt + positions_);
 }
 
@@ -216,7 +216,7 @@ void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
   evaluateRates(t, room_.yInLanes.data(), rates);
   std::copy_n(y + n_, n_, dydt);
   lanes->toChainOrder(rates, dydt + n_);
-  std::copy_n(rates + places_, works_, dydt + 2 * n_);
+  std::copy_n(rates + firstRate_, works_, dydt + 2 * n_);
 }
 
 const Vec2d* Dynamics::evaluateWithForces(double t, const double* y, double* dydt) {
@@ -244,12 +244,12 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
 
 bool Dynamics::timeDerivative(double* ft) {
   if (!effects_.varyWithTime()) return false;
-  std::fill_n(ft, places_, 0.0);
+  std::fill_n(ft, firstRate_, 0.0);
   const Powers power =
-      general_ ? solve_->timeDerivative(ft + places_) : timeDerivativeOfLoads(ft + positions_);
+      general_ ? solve_->timeDerivative(ft + firstRate_) : timeDerivativeOfLoads(ft + positions_);
   if (works_ == 0) return true;
-  ft[2 * places_] = power.supplied;
-  ft[2 * places_ + 1] = power.dissipated;
+  ft[2 * firstRate_] = power.supplied;
+  ft[2 * firstRate_ + 1] = power.dissipated;
   return true;
 }
 
@@ -332,9 +332,9 @@ void Dynamics::moveLinks(const ChainMotion& from, LinkMotion* motions) const {
                   const double w = from.omega[j], alpha = moved.alpha;
                   const Vec2d R = from.e[j] * link.com, P = from.e[j] * link.pin;
                   LinkMotion& body = motions[j];
-                  body.innerPin = own.place;
+                  body.innerPin = own.position;
                   body.angle = coordinates.angle(from.y, j) + from.angle;
-                  body.com = own.place + R;
+                  body.com = own.position + R;
                   body.velocity = own.velocity + w * perp(R);
                   body.omega = w;
                   body.acceleration = moved.a + alpha * perp(R) - (w * w) * R;

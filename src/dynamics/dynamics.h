@@ -121,13 +121,13 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   int freedoms() const override { return size() - (holdsTip() ? 4 : 0); }
   void derivative(double t, const double* y, double* dydt) override;
   const simd::VectorKernel& vectors() const override { return simd::vectors(mechanism_.kernelChoice()); }
-  int sizeInLaneOrder() const override { return 2 * places_ + works_; }
+  int sizeInLaneOrder() const override { return 2 * firstRate_ + works_; }
   bool hasOneOrder() const override { return !mechanism_.lanes(); }
   void toLaneOrder(const double* y, double* laneOrdered) const override;
   void toChainOrder(const double* laneOrdered, double* y) const override;
   /// 0 for short chains, which compute all derivatives together.
   int positions() const override { return positions_; }
-  int places() const override { return places_; }
+  int firstRate() const override { return firstRate_; }
   void rates(double t, const double* y, double* out) override;
   void endedAt(ode::State& state) override {
     if (general_) general_->endedAt(state);
@@ -224,7 +224,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   const Mechanism mechanism_;
   std::optional<GeneralMotion> general_;  ///< nothing: recursion_ runs
   std::optional<Momenta> momenta_;        ///< of a free chain
-  int n_, places_, works_;
+  int n_, firstRate_, works_;
   const Stores stores_;
   long long evaluations_ = 0, seriesOrders_ = 0;
 

@@ -45,7 +45,7 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, co
         [&](int j, const PointAt<double>& own) {
           const int k = j - first;
           const Vec2d R = e[k] * chain.links()[index(j)].com;
-          f(j, PlacedBody{own.place, e[k]}, own.place + R, own.velocity + rates[k] * perp(R), rates[k]);
+          f(j, PosedBody{own.position, e[k]}, own.position + R, own.velocity + rates[k] * perp(R), rates[k]);
         });
   }
 }
@@ -60,7 +60,7 @@ Energy energyOf(const Chain& chain, const Stores& stores, const double* theta, c
                 const BaseState& base) {
   Energy energy;
   const Coordinates& coordinates = chain.coordinates();
-  forCentres(chain, theta, omega, base, [&](int j, const PlacedBody& body, Vec2d x, Vec2d v, double rate) {
+  forCentres(chain, theta, omega, base, [&](int j, const PosedBody& body, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
     double stored = 0;
     for (const EffectKind* kind : stores.kinds) {
@@ -81,7 +81,7 @@ Energy energyOf(const Chain& chain, const Stores& stores, const double* theta, c
 
 double angularMomentum(const Chain& chain, const double* theta, const double* omega) {
   double momentum = 0;
-  forCentres(chain, theta, omega, {}, [&](int j, const PlacedBody&, Vec2d x, Vec2d v, double rate) {
+  forCentres(chain, theta, omega, {}, [&](int j, const PosedBody&, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
     momentum += link.mass * cross(x, v) + link.inertia * rate;
   });

@@ -13,7 +13,7 @@
 #include "dynamics/closure.h"
 #include "dynamics/effect_tangents.h"
 #include "dynamics/group_matrix.h"
-#include "dynamics/place_terms.h"
+#include "dynamics/position_terms.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/segments.h"
@@ -53,7 +53,7 @@ class Search {
         coordinates_(scene.chain.coordinates()),
         n_(scene.chain.size()),
         effects_(scene, nullptr, &EffectKind::isInEquilibrium),
-        groups_(scene, effects_.anyForces(&Forces::dependOnPlace)),
+        groups_(scene, effects_.anyForces(&Forces::dependOnPosition)),
         tangents_(n_, effects_),
         stores_(scene.chain),
         reach_(scene.chain.reach()) {
@@ -83,7 +83,7 @@ class Search {
     N_.resize(n_);
     still_.setZero(n_);
     e_.resize(index(n_));
-    for (auto* vectors : {&F_, &pinVelocity_, &place_}) vectors->resize(index(n_));
+    for (auto* vectors : {&F_, &pinVelocity_, &position_}) vectors->resize(index(n_));
   }
 
   std::vector<double> from(std::vector<double> q, int mostSteps, const std::function<bool()>& keepGoing) {
@@ -93,7 +93,7 @@ class Search {
     for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
     Eigen::VectorXd theta(n_);
     coordinates_.toAbsolute(q.data(), theta.data());
-    for (int i = 0; i < coordinates_.leading() && !held_ && !groups_.dependOnPlace(); ++i) {
+    for (int i = 0; i < coordinates_.leading() && !held_ && !groups_.dependOnPosition(); ++i) {
       if (!groups_.isDriven(i)) equilibrateCarriage(i, theta);
     }
     const Eigen::VectorXd start = theta;
@@ -233,7 +233,7 @@ class Search {
     N_.setZero();
     std::fill(F_.begin(), F_.end(), Vec2d{});
     effects_.enterState(t_, (Eigen::VectorXd(2 * n_) << theta, still_).finished().data());
-    const ChainState at{t_, theta.data(), still_.data(), e_.data(), pinVelocity_.data(), 0, place_.data()};
+    const ChainState at{t_, theta.data(), still_.data(), e_.data(), pinVelocity_.data(), 0, position_.data()};
     effects_.apply(at, {N_.data(), F_.data()});
     tangents_.takeConstant(effects_);
     tangents_.takeJoints(effects_, at);
@@ -252,17 +252,17 @@ class Search {
     }
     matrix_.terms.clear();
     const GroupedPose posed{scene_.chain, groups_, reach_, e_.data(), theta.data()};
-    for (int j = 0; groups_.dependOnPlace() && j < n_; ++j)
-      addPlaceTerms(posed, tangents_.bodies[index(j)].K, j, matrix_.terms);
+    for (int j = 0; groups_.dependOnPosition() && j < n_; ++j)
+      addPositionTerms(posed, tangents_.bodies[index(j)].K, j, matrix_.terms);
     for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
       held_->x[r] = posed.tipAlong(held_->at.tip.row[index(r)]);
   }
-  /// Places the bodies.
+  /// Poses the bodies.
   void pose(const Eigen::VectorXd& theta) {
     for (int j = 0; j < n_; ++j)
       e_[index(j)] = plainRotation(coordinates_.angle(theta.data(), j) + base_.angle);
     sweepOutwards(scene_.chain, PointAt<double>{base_.pin, {}}, e_.data(), still_.data(), theta.data(),
-                  still_.data(), [&](int j, const PointAt<double>& own) { place_[index(j)] = own.place; });
+                  still_.data(), [&](int j, const auto& own) { position_[index(j)] = own.position; });
   }
   /// Adds body j to the sums over the bodies further out. x: its coordinate; outer: the sum of forces.
   void addBody(int j, double x, Vec2d& outer) {
@@ -301,9 +301,9 @@ class Search {
       if (load->joint != Load::none)
         energy -= factor * load->torque * coordinates_.relative(theta.data(), load->joint);
       if (load->link == Load::none) continue;
-      const Vec2d place = place_[index(load->link)] + e_[index(load->link)] * load->point;
+      const Vec2d point = position_[index(load->link)] + e_[index(load->link)] * load->point;
       energy -=
-          factor * (dot(load->force, place) + load->moment * coordinates_.angle(theta.data(), load->link));
+          factor * (dot(load->force, point) + load->moment * coordinates_.angle(theta.data(), load->link));
     }
     return energy;
   }
@@ -386,7 +386,7 @@ class Search {
   std::optional<Held> held_;
   std::vector<std::pair<const Load*, double>> loads_;  ///< and their factors
   Eigen::VectorXd N_, still_, moment_;
-  std::vector<Vec2d> F_, pinVelocity_, place_;
+  std::vector<Vec2d> F_, pinVelocity_, position_;
   std::vector<Rotation<double>> e_;
 };
 

@@ -14,8 +14,8 @@
 /// stationary. If V falls from there along the softest direction, that is no minimum, and the search goes on.
 /// Driven joints keep their angles.
 ///
-/// Forces that depend on the place of their body, of springs to the ground, add Jᵀ K J: J, how the body moves
-/// with all angles, K as in force_tangent.h. The matrix is full then.
+/// Forces that depend on the position of their body, of springs to the ground, add Jᵀ K J: J, how the body
+/// moves with all angles, K as in force_tangent.h. The matrix is full then.
 ///
 /// A displacement s along d of a body that turns is one more angle, s over the chain's reach. With W all
 /// forces on its link and further out, its force is N + d·W, κ of the body is more by S·W, and −id·W couples

@@ -14,7 +14,7 @@ Evaluation::Evaluation(const Mechanism& mechanism, const Effects& effects)
   if (effects.mostActing() == LoadKind::forces) {
     for (auto* vectors : {&F, &pinVelocity}) vectors->resize(n);
   }
-  if (effects.anyForces(&Forces::dependOnPlace)) pin.resize(n);
+  if (effects.anyForces(&Forces::dependOnPosition)) pin.resize(n);
   if (isMixed) displaced.resize(n);
   if (isMixed || moves) bodyRates.resize(n);
   if (moves) slopesOnBase.resize(n);
@@ -68,7 +68,7 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
 
   const bool turnsThere = to.isPlain && angles_.empty() && effects_.acting() != LoadKind::forces;
   const double* angles = turnsThere ? to.y.data() : pose(to);
-  if (effects_.acting() == LoadKind::forces) placePins(to);
+  if (effects_.acting() == LoadKind::forces) findPins(to);
   std::fill(to.N.begin(), to.N.end(), 0.0);
   to.powers = effects_.act() ? effects_.apply(to.state(), {to.N.data(), to.F.data()}) : Powers{};
   run(to, angles);
@@ -104,14 +104,14 @@ const double* Evaluator::pose(Evaluation& to) {
   return angles;
 }
 
-/// The places and velocities of the pins, where forces act.
-void Evaluator::placePins(Evaluation& to) const {
+/// The positions and velocities of the pins, where forces act.
+void Evaluator::findPins(Evaluation& to) const {
   std::fill(to.F.begin(), to.F.end(), Vec2d{});
   const int count = to.pin.empty() ? effects_.reach() : n_;
   sweepOutwards(mechanism_.chain(), 0, count, PointAt<double>{to.base.pin, to.base.velocity}, to.e.data(),
                 to.omega(), to.y.data(), to.y.data() + n_, [&](int j, const PointAt<double>& pin) {
                   to.pinVelocity[index(j)] = pin.velocity;
-                  if (!to.pin.empty()) to.pin[index(j)] = pin.place;
+                  if (!to.pin.empty()) to.pin[index(j)] = pin.position;
                 });
 }
 

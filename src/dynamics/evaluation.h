@@ -70,7 +70,7 @@ struct Evaluation {
   Values<Displacement<double>> displaced;  ///< of prismatic joints, if there are any
   EndForces<double> ends;                  ///< the wrench of the base only if it moves
   Values<Vec2d> F, pinVelocity;            ///< if forces act
-  Values<Vec2d> pin;                       ///< places of the pins, if a force depends on them
+  Values<Vec2d> pin;                       ///< positions of the pins, if a force depends on them
   Powers powers;                           ///< of effects, drives and base, W
 };
 
@@ -93,7 +93,7 @@ class Evaluator {
   void takeCouplings(double t);
   void takeLaws();
   const double* pose(Evaluation& to);
-  void placePins(Evaluation& to) const;
+  void findPins(Evaluation& to) const;
   void run(Evaluation& to, const double* angles);
   double couplingPower(const Evaluation& at);
   const Vec2d* forces(const Evaluation& at) const {

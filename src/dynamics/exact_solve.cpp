@@ -29,7 +29,7 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, const Effects& effects, Effec
       effects_(effects),
       tangents_(tangents),
       n_(mechanism.size()),
-      places_(mechanism.places()),
+      paddedSize_(mechanism.paddedSize()),
       hasPower_(effects.any(&Effect::hasPower)),
       isNonlinear_(effects.any(&Effect::isNonlinear)),
       hasForces_(effects.mostActing() == LoadKind::forces),
@@ -37,14 +37,14 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, const Effects& effects, Effec
       isPlain_(isBare && !hasPower_),
       general_(isBare ? std::nullopt : std::make_optional<General>(mechanism, effects)),
       solver_(makeSolver<double>()),
-      room_(index(2 * places_)) {
+      room_(index(2 * paddedSize_)) {
   pinVelocity_.resize(hasForces_ ? index(n_) : 0);
   pin_.resize(tangents.bodies.size());
   inOrder_.resize(index(2 * n_));
   bool needsOrder = hasForces_ || isNonlinear_;
   for (const auto& effect : effects.all()) {
     if (!effect->hasPower()) continue;
-    if (effect->inLanes()) omegaInLanes_.resize(index(places_));
+    if (effect->inLanes()) omegaInLanes_.resize(index(paddedSize_));
     needsOrder = needsOrder || !effect->inLanes();
   }
   if (!isBare || !needsOrder) return;
@@ -78,7 +78,7 @@ void ExactSolve::takeStiffness() {
 
 void ExactSolve::setJoints(const std::vector<double>& k, const std::vector<double>& d) {
   const double* kInLanes = mechanism_.quantityInLanes(k.data(), room_.data());
-  const double* dInLanes = mechanism_.quantityInLanes(d.data(), room_.data() + places_);
+  const double* dInLanes = mechanism_.quantityInLanes(d.data(), room_.data() + paddedSize_);
   solver_.plain->setJoints(kInLanes, dInLanes);
 }
 
@@ -88,7 +88,7 @@ void ExactSolve::findPinVelocities() {
 
 const double* ExactSolve::keep(double t, const double* y) {
   at_.t = t;
-  std::copy_n(y + places_, omegaInLanes_.size(), omegaInLanes_.begin());
+  std::copy_n(y + paddedSize_, omegaInLanes_.size(), omegaInLanes_.begin());
   if (stateAt_.empty()) return nullptr;
   const double* ordered = mechanism_.stateInOrder(y, inOrder_.data());
   std::copy_n(ordered, 2 * n_, stateAt_.begin());
@@ -215,10 +215,10 @@ void ExactSolve::movePins(const double* u, const double* v) {
     };
     if (coordinates.isPrismatic(j)) {
       const auto& [d, S, gamma] = general_->at.displaced[index(j)];
-      const double slid = general_->at.y[index(n_ + j)];
+      const double ownRate = general_->at.y[index(n_ + j)];
       add(S);
       dx += u[j] * d;
-      dv += v[j] * d + (rate * u[j] + slid * turn) * perp(d);
+      dv += v[j] * d + (rate * u[j] + ownRate * turn) * perp(d);
     }
     if (!pin_.empty()) pin_[index(j)] = dx;
     pinVelocity_[index(j)] = dv;
@@ -244,27 +244,27 @@ Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
 
 void ExactSolve::reserve(int complexCount) {
   while (complexSolvers_.size() < index(complexCount)) complexSolvers_.push_back(makeSolver<Complex>());
-  part_.resize(complexSolvers_.empty() ? 0 : index(2 * places_));
+  part_.resize(complexSolvers_.empty() ? 0 : index(2 * paddedSize_));
 }
 
 template double ExactSolve::couplingPowerAlong(const Solver<double>&) const;
 
 void ExactSolve::solveComplex(int k, const Complex* rhs, Complex* x) {
   Solver<Complex>& solver = complexSolvers_[index(k)];
-  if (isPlain_) return solver.plain->solve(rhs, rhs + places_, x, x + places_);
-  solver.solve(rhs, x, places_);
+  if (isPlain_) return solver.plain->solve(rhs, rhs + paddedSize_, x, x + paddedSize_);
+  solver.solve(rhs, x, paddedSize_);
   if (!hasPower_) return;
 
   // The powers change linearly: real and imaginary parts one by one.
   const auto powersOf = [&](auto part) {
-    for (int i = 0; i < 2 * places_; ++i) part_[index(i)] = part(x[i]);
+    for (int i = 0; i < 2 * paddedSize_; ++i) part_[index(i)] = part(x[i]);
     return powersAlong(part_.data());
   };
   const Powers real = powersOf([](Complex z) { return z.real(); });
   const Powers imaginary = powersOf([](Complex z) { return z.imag(); });
   Complex supplied(real.supplied, imaginary.supplied);
   if (general_) supplied += couplingPowerAlong(solver);
-  solver.solveWorks(rhs, supplied, {real.dissipated, imaginary.dissipated}, x, places_);
+  solver.solveWorks(rhs, supplied, {real.dissipated, imaginary.dissipated}, x, paddedSize_);
 }
 
 }  // namespace planar_chain

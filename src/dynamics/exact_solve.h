@@ -72,14 +72,14 @@ class ExactSolve {
       s = s_;
       plain ? plain->factor(s_) : general->factor(s_);
     }
-    void solve(const Scalar* rhs, Scalar* x, int places) {
-      if (plain) return plain->solve(rhs, rhs + places, x, x + places);
-      general->solve(rhs, rhs + places, x, x + places);
+    void solve(const Scalar* rhs, Scalar* x, int paddedSize) {
+      if (plain) return plain->solve(rhs, rhs + paddedSize, x, x + paddedSize);
+      general->solve(rhs, rhs + paddedSize, x, x + paddedSize);
     }
     /// The rows of the works, from the change of the powers.
-    void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int places) const {
-      x[2 * places] = (rhs[2 * places] + supplied) / s;
-      x[2 * places + 1] = (rhs[2 * places + 1] + dissipated) / s;
+    void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int paddedSize) const {
+      x[2 * paddedSize] = (rhs[2 * paddedSize] + supplied) / s;
+      x[2 * paddedSize + 1] = (rhs[2 * paddedSize + 1] + dissipated) / s;
     }
   };
   /// The state at which chains that are not bare are linearized.
@@ -107,7 +107,7 @@ class ExactSolve {
   Powers powersAlong(const double* uv) {
     Powers change;
     for (InLanes* effect : effects_.activeInLanes()) {
-      change += effect->powersAlongInLanes(omegaInLanes_.data(), uv + places_);
+      change += effect->powersAlongInLanes(omegaInLanes_.data(), uv + paddedSize_);
     }
     if (at_.theta) change += powersAlongInOrder(uv);
     return change;
@@ -126,7 +126,7 @@ class ExactSolve {
   const Mechanism& mechanism_;
   const Effects& effects_;
   EffectTangents& tangents_;
-  int n_, places_;
+  int n_, paddedSize_;
   bool hasPower_, isNonlinear_, hasForces_, keepsState_;
   bool isPlain_;  ///< one solver does it all
   std::optional<General> general_;
@@ -149,16 +149,16 @@ inline void ExactSolve::linearize(double t, const double* y, const double* dydt,
   // Forces keep their direction when a body turns, so their moments change.
   const double* XF = keepsState_ ? keep(t, y) : nullptr;
   const Vec2d* F = XF ? external.F : nullptr;
-  solver_.plain->linearize(external.e, y + places_, dydt + places_, F, XF);
+  solver_.plain->linearize(external.e, y + paddedSize_, dydt + paddedSize_, F, XF);
 }
 
 inline void ExactSolve::solve(const double* rhs, double* x) {
-  if (isPlain_) return solver_.plain->solve(rhs, rhs + places_, x, x + places_);
-  solver_.solve(rhs, x, places_);
+  if (isPlain_) return solver_.plain->solve(rhs, rhs + paddedSize_, x, x + paddedSize_);
+  solver_.solve(rhs, x, paddedSize_);
   if (!hasPower_) return;
   Powers change = powersAlong(x);
   if (general_) change.supplied += couplingPowerAlong(solver_);
-  solver_.solveWorks(rhs, change.supplied, change.dissipated, x, places_);
+  solver_.solveWorks(rhs, change.supplied, change.dissipated, x, paddedSize_);
 }
 
 }  // namespace planar_chain

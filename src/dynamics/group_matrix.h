@@ -4,8 +4,8 @@
 /// neighbouring groups of bodies, and what couples a displacement with the body that turns its axis.
 /// Displacements come first. So it is factored by Thomas' algorithm, without fill.
 ///
-/// A force that depends on the place of its body couples all groups that move the body, by w a aᵀ. Then the
-/// matrix is full, and factored as L D Lᵀ in O(n³).
+/// A force that depends on the position of its body couples all groups that move the body, by w a aᵀ. Then
+/// the matrix is full, and factored as L D Lᵀ in O(n³).
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -101,9 +101,9 @@ struct Blocks {
       : B(MatrixXd::Zero(chain.size(), 2 * chain.size())), C(MatrixXd::Zero(B.rows(), B.cols())) {
     for (int i = 0; i < chain.size(); ++i) {
       const Link& link = chain.links()[index(i)];
-      const Vec2d slid = displacementOf(chain, k, i);
-      const RowVector2d S_r = crossRow(slid + link.com);
-      const RowVector2d S_p = crossRow(slid + link.pin);
+      const Vec2d displacement = displacementOf(chain, k, i);
+      const RowVector2d S_r = crossRow(displacement + link.com);
+      const RowVector2d S_p = crossRow(displacement + link.pin);
       B.block<1, 2>(i, 2 * i) = S_r * k.S[i];
       C.block<1, 2>(i, 2 * i) = S_r * k.omega[i] * k.S[i];
       for (int j = i + 1; j < chain.size(); ++j) {

@@ -44,7 +44,7 @@ Frame frameNamed(const Scene& scene, const std::string& name) {
 
 // ---- Forwards --------------------------------------------------------------------------------------------
 
-/// By the one sweep outwards on dual numbers: values at t, slopes by time. So v is the slope of the place,
+/// By the one sweep outwards on dual numbers: values at t, slopes by time. So v is the slope of the position,
 /// and a that of v.
 FrameMotion motionOf(const Scene& scene, const Frame& frame, double t, const VectorXd& q, const VectorXd& qd,
                      const VectorXd& qdd) {
@@ -79,8 +79,8 @@ FrameMotion motionOf(const Scene& scene, const Frame& frame, double t, const Vec
   sweepOutwards(scene.chain, 0, frame.link + 1, at, e.data(), omega.data(), displacements.data(),
                 rates.data(), [&at](int, const PointAt<Dual>& own) { at = own; });
   const Vec2<Dual> arm = e.back() * Vec2<Dual>{frame.point.x, frame.point.y};
-  const Vec2<Dual> place = at.place + arm, velocity = at.velocity + omega.back() * perp(arm);
-  return {{place.x.value, place.y.value},
+  const Vec2<Dual> position = at.position + arm, velocity = at.velocity + omega.back() * perp(arm);
+  return {{position.x.value, position.y.value},
           base.angle.value + coordinates.angle(x.data(), frame.link) + frame.angle,
           {velocity.x.value, velocity.y.value},
           omega.back().value,
@@ -102,7 +102,7 @@ FrameMotion motionOf(const Frame& frame, const Link& link, const LinkMotion& mot
 
 Eigen::MatrixXd jacobianOf(const Scene& scene, const Frame& frame, double t, const VectorXd& q) {
   const VectorXd still = VectorXd::Zero(q.size());
-  const Vec2d place = motionOf(scene, frame, t, q, still, still).position;
+  const Vec2d position = motionOf(scene, frame, t, q, still, still).position;
   const Chain& chain = scene.chain;
   const Coordinates& coordinates = chain.coordinates();
   VectorXd x(q.size());
@@ -116,8 +116,8 @@ Eigen::MatrixXd jacobianOf(const Scene& scene, const Frame& frame, double t, con
   sweepOutwards(chain, 0, count, PointAt<double>{{base.x.value, base.y.value}, {}}, e.data(), still.data(),
                 x.data(), still.data(), [&](int j, const PointAt<double>& own) {
                   const bool isPrismatic = coordinates.isPrismatic(j);
-                  const Vec2d d =
-                      isPrismatic ? e[index(j)] * chain.joints()[index(j)].axis : perp(place - own.place);
+                  const Vec2d d = isPrismatic ? e[index(j)] * chain.joints()[index(j)].axis
+                                              : perp(position - own.position);
                   J.col(j) << d.x, d.y, isPrismatic ? 0 : 1;
                 });
   return J;

@@ -92,7 +92,7 @@ void noteSticking(const Scene& scene, const Couplings& couplings, std::vector<st
                   "linearizes a joint at rest as one that slips");
 }
 
-/// Of a chain at rest. along: the accelerations; given: without the torques tau.
+/// Notes the joints of a chain at rest that accelerate, by qdd. given: without the torques tau.
 void noteMotion(const Scene& given, double t, const VectorXd& q, const VectorXd& qdd,
                 std::vector<std::string>& notes) {
   constexpr double still = 1e-6;  // rad/s², m/s²: torques of six digits hold it no better

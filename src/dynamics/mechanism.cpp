@@ -11,11 +11,11 @@ Mechanism::Mechanism(const Scene& scene, bool inOrder)
       n_(chain_.size()),
       kernelChoice_{scene.integrator.plainKernel},
       kernel_(simd::kernelFor(n_, kernelChoice_)),
-      places_(n_),
+      paddedSize_(n_),
       rotations_(simd::kernels(kernelChoice_).front()->rotations) {
   if (inOrder || n_ <= ShortChain::most) return;
   lanes_.emplace(n_, kernel_.lanes);
-  places_ = lanes_->places();
+  paddedSize_ = lanes_->paddedSize();
 }
 
 Recursion Mechanism::makeRecursion() const {
@@ -60,7 +60,7 @@ void Mechanism::toLaneOrder(const double* inOrder, double* inLanes) const {
     return;
   }
   lanes_->toLaneOrder(inOrder, inLanes);
-  lanes_->toLaneOrder(inOrder + n_, inLanes + places_);
+  lanes_->toLaneOrder(inOrder + n_, inLanes + paddedSize_);
 }
 
 void Mechanism::toChainOrder(const double* inLanes, double* inOrder) const {
@@ -69,7 +69,7 @@ void Mechanism::toChainOrder(const double* inLanes, double* inOrder) const {
     return;
   }
   lanes_->toChainOrder(inLanes, inOrder);
-  lanes_->toChainOrder(inLanes + places_, inOrder + n_);
+  lanes_->toChainOrder(inLanes + paddedSize_, inOrder + n_);
 }
 
 const double* Mechanism::quantityInLanes(const double* values, double* room) const {

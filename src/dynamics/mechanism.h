@@ -30,7 +30,7 @@ class Mechanism {
   /// The order of a long chain's bodies, in which its states are kept; nullptr: chain order.
   const LaneOrder* lanes() const { return lanes_ ? &*lanes_ : nullptr; }
   /// The numbers that one quantity of all bodies takes in that order: n, or more.
-  int places() const { return places_; }
+  int paddedSize() const { return paddedSize_; }
   /// The kernels of all that computes with this chain, and the one for its length.
   simd::KernelChoice kernelChoice() const { return kernelChoice_; }
   const simd::Kernel& kernel() const { return kernel_; }
@@ -62,7 +62,7 @@ class Mechanism {
   simd::KernelChoice kernelChoice_;
   const simd::Kernel& kernel_;
   std::optional<LaneOrder> lanes_;
-  int places_;
+  int paddedSize_;
   void (*rotations_)(const double* theta, double* e, int n);
 };
 

@@ -85,7 +85,7 @@ class Momenta {
                            const Link& link = chain.links()[index(j)];
                            const double omega = y[n_ + j];
                            const Vec2d R = e_[index(j)] * link.com;
-                           const Vec2d c = pin.place + R, p = link.mass * (pin.velocity + omega * perp(R));
+                           const Vec2d c = pin.position + R, p = link.mass * (pin.velocity + omega * perp(R));
                            first += link.mass * c;
                            momentum += p;
                            L += cross(c, p) + link.inertia * omega;

@@ -89,7 +89,7 @@ class MotionChange {
     const PointAt<Dual> ground{nudged(at.base.pin, pin), nudged(at.base.velocity, velocity)};
     sweepOutwards(chain, ground, e_.data(), omega_.data(), x_.data(), rates_.data(),
                   [&](int j, const PointAt<Dual>& own) {
-                    pins[index(j)] = changeOf(own.place);
+                    pins[index(j)] = changeOf(own.position);
                     pinVelocities[index(j)] = changeOf(own.velocity);
                   });
   }
@@ -106,8 +106,8 @@ class MotionChange {
       if (!tangents.bodies.empty()) {
         const auto& [K, D] = tangents.bodies[j];
         const Vec2d dx = pins[j], dv = pinVelocities[j];
-        dF -= K.forcePlace * dx + turned * K.forceTurn + D.forcePlace * dv + sped * D.forceTurn;
-        dM -= dot(K.momentPlace, dx) + K.momentTurn * turned + dot(D.momentPlace, dv) + D.momentTurn * sped;
+        dF -= K.forceShift * dx + turned * K.forceTurn + D.forceShift * dv + sped * D.forceTurn;
+        dM -= dot(K.momentShift, dx) + K.momentTurn * turned + dot(D.momentShift, dv) + D.momentTurn * sped;
       }
       N_[j] = {at.N[j], dN};
       if (coordinates.turner(i) >= 0) N_[index(coordinates.turner(i))].slope += dM;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// The force that pulls a point of the chain to a place: a critically damped spring, whatever hangs on the
+/// The force that pulls a point of the chain to a target: a critically damped spring, whatever hangs on the
 /// point.
 ///
 /// A force F at a point X of a link adds Λ⁻¹ F to the acceleration of X. Along a unit vector u it acts on the
@@ -35,8 +35,8 @@ namespace planar_chain {
 
 /// The motion of a link's centre of mass; base-frame components.
 struct CentreMotion {
-  Vec2d place, velocity;  ///< m, m/s
-  double omega;           ///< of the link, rad/s
+  Vec2d position, velocity;  ///< m, m/s
+  double omega;              ///< of the link, rad/s
 };
 
 /// A point of a link in motion; base-frame components.
@@ -83,7 +83,7 @@ class Pull {
     sweepOutwards(chain_, PointAt<double>{}, e_.data(), omega_.data(), x_.data(), rates_.data(),
                   [&](int j, const PointAt<double>& own) {
                     if (j != link) return;
-                    motion.position = own.place + arm;
+                    motion.position = own.position + arm;
                     motion.velocity = own.velocity + omega_[index(j)] * perp(arm);
                   });
     motion.turn = e_[index(link)];
@@ -101,7 +101,7 @@ class Pull {
     }
     const Rotation<double> turn = e_[index(link)];
     const Vec2d arm = turn * (point - chain_.links()[index(link)].com);
-    return {centre.place + arm, centre.velocity + centre.omega * perp(arm), turn,
+    return {centre.position + arm, centre.velocity + centre.omega * perp(arm), turn,
             mobility(link, turn * point), mostMass_[index(link)]};
   }
 

@@ -35,22 +35,22 @@ class WeldedChain {
  public:
   /// The chain must outlive this object.
   WeldedChain(const Chain& chain, const simd::Kernel& kernel) : chain_(chain), kernel_(kernel) {
-    const auto n = index(chain.size()), places = n + index(kernel_.lanes);
+    const auto n = index(chain.size()), paddedSize = n + index(kernel_.lanes);
     for (const Link& link : chain.links()) bodies_.push_back({link.mass, link.inertia, link.com, link.pin});
     welded_.reserve(n);
     first_.reserve(n + 1);
-    placeOf_.resize(n);
-    placeOfLink_.resize(n);
+    laneIndexOf_.resize(n);
+    laneIndexOfLink_.resize(n);
     sticks_.resize(n);
     stuck_.resize(n);
     several_.reserve(n);
     turns_.resize(n);
     angles_.resize(n);
-    links_.resize(places * simd::SegmentArrays::linkQuantities);
-    factors_.resize(places * simd::SegmentArrays::factorQuantities);
-    for (auto* numbers : {&theta_, &omega_, &N_, &alpha_}) numbers->resize(places + 1);
-    pins_.resize(places * simd::SegmentArrays::pinQuantities);
-    e_.resize(2 * places);
+    links_.resize(paddedSize * simd::SegmentArrays::linkQuantities);
+    factors_.resize(paddedSize * simd::SegmentArrays::factorQuantities);
+    for (auto* numbers : {&theta_, &omega_, &N_, &alpha_}) numbers->resize(paddedSize + 1);
+    pins_.resize(paddedSize * simd::SegmentArrays::pinQuantities);
+    e_.resize(2 * paddedSize);
   }
 
   std::string name() const {
@@ -90,20 +90,20 @@ class WeldedChain {
   /// Writes α of all bodies. N: nullptr: the same as last time since weld().
   void accelerations(const double* theta, const double* omega, const double* N, double* alpha) {
     for (std::size_t body = 0; body < welded_.size(); ++body) {
-      const std::size_t place = index(placeOf_[body]), first = first_[body];
-      theta_[place] = theta[first];
-      omega_[place] = omega[first];
+      const std::size_t laneIndex = index(laneIndexOf_[body]), first = first_[body];
+      theta_[laneIndex] = theta[first];
+      omega_[laneIndex] = omega[first];
     }
     for (std::size_t body = 0; N && body < welded_.size(); ++body) {
       const auto sum = std::accumulate(N + first_[body] + 1, N + first_[body + 1], N[first_[body]]);
-      N_[index(placeOf_[body])] = sum;
+      N_[index(laneIndexOf_[body])] = sum;
     }
     if (steps_ > 0) {
       kernel_.rotations(theta_.data(), e_.data(), steps_ * kernel_.lanes);
       kernel_.segments({steps_, links_.data(), factors_.data()}, e_.data(), omega_.data(), N_.data(), nullptr,
                        -1.0 * chain_.gravity(), alpha_.data());
     }
-    for (std::size_t j = 0; j < placeOfLink_.size(); ++j) alpha[j] = alpha_[index(placeOfLink_[j])];
+    for (std::size_t j = 0; j < laneIndexOfLink_.size(); ++j) alpha[j] = alpha_[index(laneIndexOfLink_[j])];
   }
   /// Writes μ of all joints, at the state of the last accelerations().
   void moments(const double* N, double* mu) {
@@ -116,12 +116,12 @@ class WeldedChain {
     }
     const std::size_t lanes = index(kernel_.lanes);
     for (const std::size_t body : several_) {
-      const std::size_t place = index(placeOf_[body]), lane = place % lanes;
-      const double* pin = pins_.data() + (place - lane) * simd::SegmentArrays::pinQuantities + lane;
-      const Rotation<double> back{e_[2 * place], -e_[2 * place + 1]};
+      const std::size_t laneIndex = index(laneIndexOf_[body]), lane = laneIndex % lanes;
+      const double* pin = pins_.data() + (laneIndex - lane) * simd::SegmentArrays::pinQuantities + lane;
+      const Rotation<double> back{e_[2 * laneIndex], -e_[2 * laneIndex + 1]};
       const Vec2d a{pin[0], pin[lanes]}, F{pin[2 * lanes], pin[3 * lanes]};
-      writeMoments(first_[body] + 1, first_[body + 1], back * a, back * F, alpha_[place],
-                   omega_[place] * omega_[place], N, mu);
+      writeMoments(first_[body] + 1, first_[body + 1], back * a, back * F, alpha_[laneIndex],
+                   omega_[laneIndex] * omega_[laneIndex], N, mu);
     }
     writeMoments(0, first_.front(), ground, onFirst, 0, 0, N, mu);
   }
@@ -163,7 +163,7 @@ class WeldedChain {
     steps_ = static_cast<int>(steps);
     std::size_t body = 0;
     const int ground = static_cast<int>(alpha_.size()) - 1;
-    std::fill_n(placeOfLink_.begin(), first_.front(), ground);
+    std::fill_n(laneIndexOfLink_.begin(), first_.front(), ground);
     for (std::size_t k = 0; k < count; ++k) {
       if (first_[k + 1] > first_[k] + 1) several_.push_back(k);
     }
@@ -172,8 +172,9 @@ class WeldedChain {
       for (std::size_t step = 0; step < steps; ++step, ++body) {
         const auto& [m, I, r, p] = body < count ? welded_[body] : Body<double>{0, 1, {}, {}};
         if (body < count) {
-          placeOf_[body] = static_cast<int>(step * lanes + lane);
-          for (std::size_t j = first_[body]; j < first_[body + 1]; ++j) placeOfLink_[j] = placeOf_[body];
+          laneIndexOf_[body] = static_cast<int>(step * lanes + lane);
+          for (std::size_t j = first_[body]; j < first_[body + 1]; ++j)
+            laneIndexOfLink_[j] = laneIndexOf_[body];
         }
         putInLane(links_.data(), step * lanes + lane, lanes, {m, I, r.x, r.y, p.x, p.y});
       }
@@ -198,8 +199,8 @@ class WeldedChain {
   std::vector<Body<double>> welded_;  ///< and of the welded chain,
   Vec2d groundPin_;                   ///< and the outer pin of what sticks to the ground
   std::vector<std::size_t> first_;    ///< the first link of each, and their end
-  std::vector<int> placeOf_;          ///< of each in lane order,
-  std::vector<int> placeOfLink_;      ///< and of the body that has each link; that of the ground is the last
+  std::vector<int> laneIndexOf_;      ///< of each in lane order,
+  std::vector<int> laneIndexOfLink_;  ///< and of the body that has each link; that of the ground is the last
   std::vector<char> sticks_;          ///< the joints, true or false
   std::vector<double> angles_;        ///< of the joints when they stuck last, from body to body,
   std::vector<Rotation<double>> turns_;  ///< and their rotations

@@ -22,7 +22,7 @@ CommandEffect::CommandEffect(const Chain& chain, int capacity)
 
 // ---- Giving commands -----------------------------------------------------------------------------
 
-std::size_t CommandEffect::placeOf(const Command& command) const {
+std::size_t CommandEffect::slotOf(const Command& command) const {
   return command.joint != Load::none ? index(command.joint) : held_.size() / 2 + index(command.link);
 }
 
@@ -43,7 +43,7 @@ Command CommandEffect::delayed(Command command, double now) const {
 bool CommandEffect::hold(const Command& given, double now) {
   const Command command = delayed(given, now);
   if (command.start <= now) {
-    held_[placeOf(command)] = command;
+    held_[slotOf(command)] = command;
     return true;
   }
   if (given.start > now && !hasRoom(now)) return false;
@@ -51,7 +51,7 @@ bool CommandEffect::hold(const Command& given, double now) {
   const auto behind = std::upper_bound(waiting_.begin(), waiting_.end(), command, startsLater);
   // One that would be replaced at once is replaced now.
   for (auto same = behind; same != waiting_.begin() && (--same)->start == command.start;) {
-    if (placeOf(*same) != placeOf(command)) continue;
+    if (slotOf(*same) != slotOf(command)) continue;
     *same = command;
     return true;
   }
@@ -80,7 +80,7 @@ void CommandEffect::list(double t) {
   // Hold what starts by t, and forget what is over by t.
   const auto due = std::find_if(waiting_.begin(), waiting_.end(),
                                 [t](const Command& command) { return command.start > t; });
-  for (auto command = waiting_.begin(); command != due; ++command) held_[placeOf(*command)] = *command;
+  for (auto command = waiting_.begin(); command != due; ++command) held_[slotOf(*command)] = *command;
   waiting_.erase(waiting_.begin(), due);
   if (!waiting_.empty()) endBy(waiting_.front().start);
   const auto isOver = [t](const Command& command) { return command.stop <= t; };

@@ -76,8 +76,8 @@ class CommandEffect : public TimedTerms {
   bool hasRoom(double now) const;
   /// The command as it acts: after its dead time.
   Command delayed(Command command, double now) const;
-  /// The place for held commands of the same joint or link.
-  std::size_t placeOf(const Command& command) const;
+  /// The index in held_ for commands of the same joint or link.
+  std::size_t slotOf(const Command& command) const;
   /// The sum of the torques in a joint at t.
   double sumAt(double t, std::size_t joint) const;
   /// ±1 if that is above or below the limit, else 0.

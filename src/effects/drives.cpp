@@ -180,7 +180,7 @@ class HeldTip : public LawEffect {
     const GivenMotion x = laws_[0].order(k, t), y = laws_[1].order(k, t);
     to.tip = tip_;
     to.tip.acceleration = {x.acceleration, y.acceleration};
-    to.tipPlace = {x.value, y.value};
+    to.tipPosition = {x.value, y.value};
     to.tipVelocity = {x.rate, y.rate};
   }
 

@@ -51,7 +51,7 @@ struct ChainState {
   const Rotation<double>* e = nullptr;  ///< exp(i θ_j)
   const Vec2d* pinVelocity = nullptr;   ///< of the first reach() inner pins, m/s
   double baseRate = 0;                  ///< of the base's angle, rad/s: ω + baseRate is against the ground
-  const Vec2d* pin = nullptr;           ///< the places of these pins, m; nullptr if no effect asks for places
+  const Vec2d* pin = nullptr;  ///< the positions of these pins, m; nullptr if no effect asks for positions
 };
 
 /// The moments μ in the joints by their couplings, N m, and ÿ of the angles, rad/s², at a state y in chain
@@ -91,7 +91,7 @@ struct Actions {
 struct StateChange {
   const double *u, *v;
   const Vec2d* pinVelocity;
-  const Vec2d* pin = nullptr;  ///< of the places of these pins, if states have them
+  const Vec2d* pin = nullptr;  ///< of the positions of these pins, if states have them
   double turn = 0, speed = 0;
 };
 
@@ -137,10 +137,10 @@ class Forces {
   /// Adds Σ X·F of each body, N m: the decrease of the forces' moments per rad that the body turns. Only of
   /// forces whose components do not depend on the state.
   virtual void addForceStiffness(const ChainState& /*at*/, double* /*XF*/) {}
-  /// True if forces depend on the places or velocities of their points. The answer never changes.
+  /// True if forces depend on the positions or velocities of their points. The answer never changes.
   virtual bool dependOnMotion() const { return false; }
-  /// True if they depend on places, so that states have `pin`. The answer never changes.
-  virtual bool dependOnPlace() const { return false; }
+  /// True if they depend on positions, so that states have `pin`. The answer never changes.
+  virtual bool dependOnPosition() const { return false; }
   /// Adds K and D of each body: the change of its forces with its motion (recursion/force_tangent.h). Only if
   /// dependOnMotion().
   virtual void addForceTangents(const ChainState& /*at*/, ForceTangent* /*to*/) {}

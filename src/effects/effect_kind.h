@@ -40,7 +40,7 @@ struct JointKey {
 enum class Symbol { none, coil, brake };
 
 /// A body where it is, ground components.
-struct PlacedBody {
+struct PosedBody {
   Vec2d pin;           ///< of the inner pin, m
   Rotation<double> e;  ///< exp(i θ)
 };
@@ -117,8 +117,8 @@ class EffectKind {
   /// A typical moment in a joint, N m: what residuals of an equilibrium are compared with.
   virtual double momentOf(const Joint& joint) const { return stiffnessOf(joint); }
 
-  /// The energy V that it stores in a body by its place, J.
-  virtual double energyOf(const Link& /*link*/, const PlacedBody& /*at*/) const { return 0; }
+  /// The energy V that it stores in a body by its position, J.
+  virtual double energyOf(const Link& /*link*/, const PosedBody& /*at*/) const { return 0; }
   /// A typical ∂²V/∂x² of a body, N/m: > 0 where it stores energy, else energyOf() is not called.
   virtual double stiffnessOf(const Link& /*link*/) const { return 0; }
 

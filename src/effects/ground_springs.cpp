@@ -15,7 +15,7 @@ namespace {
 /// The line from the ground to a point.
 struct Line {
   Line(const GroundSpring& spring, const PointAt<double>& at) {
-    const Vec2d along = at.place - spring.ground;
+    const Vec2d along = at.position - spring.ground;
     L = length(along);
     if (L > 0) u = 1 / L * along;
     rate = dot(u, at.velocity);
@@ -54,7 +54,7 @@ class GroundSprings : public PointForces, public Events, private ode::EventFunct
     size_ = chain.reach();
   }
   bool empty() const { return springs_.empty(); }
-  bool dependOnPlace() const override { return true; }
+  bool dependOnPosition() const override { return true; }
   bool hasPower() const override {
     return std::any_of(springs_.begin(), springs_.end(),
                        [](const GroundSpring& spring) { return spring.damping > 0; });
@@ -65,7 +65,7 @@ class GroundSprings : public PointForces, public Events, private ode::EventFunct
     const Line line(spring, at);
     const double k = spring.stiffness, d = spring.damping;
     if (spring.restLength == 0) {
-      return {-k * (at.place - spring.ground) - d * at.velocity, d * dot(at.velocity, at.velocity)};
+      return {-k * (at.position - spring.ground) - d * at.velocity, d * dot(at.velocity, at.velocity)};
     }
     if (states_[i] == State::slack) return {};
     if (states_[i] == State::relaxes) return {{}, -k * line.stretch * line.rate};
@@ -141,7 +141,7 @@ class GroundSprings : public PointForces, public Events, private ode::EventFunct
     const double lag = springs_[i].damping / springs_[i].stiffness;
     const PointAt<double> at = bodies_->of(points()[i].body, points()[i].point);
     return 16 * std::numeric_limits<double>::epsilon() *
-           (size_ + length(at.place) + length(springs_[i].ground) + lag * length(at.velocity));
+           (size_ + length(at.position) + length(springs_[i].ground) + lag * length(at.velocity));
   }
 
   int n_;
@@ -221,7 +221,7 @@ class GroundSpringKind : public EffectKind {
     if (number > 0) words.count(static_cast<int>(number), "ground spring");
   }
 
-  double energyOf(const Link& link, const PlacedBody& at) const override {
+  double energyOf(const Link& link, const PosedBody& at) const override {
     double energy = 0;
     for (const GroundSpring& spring : link.springs) {
       const Line line(spring, {at.pin + at.e * spring.point, {}});

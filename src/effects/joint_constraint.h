@@ -46,7 +46,7 @@ struct Couplings {
   std::vector<GivenMotion> prescribed;  ///< the motion of each prescribed joint
   GivenMotion x, y, angle;              ///< of the base
   Tip<double> tip{};                    ///< its constraint; the acceleration as given
-  Vec2d tipPlace, tipVelocity;          ///< as given
+  Vec2d tipPosition, tipVelocity;       ///< as given
 };
 
 class JointConstraint {

@@ -180,8 +180,8 @@ double MotionLaw::longestStep() const {
 }
 
 bool MotionLaw::isModerate() const {
-  // m, rad: the rounding of larger places is above 1e-7. Per s, per s²: squares and their sums stay far below
-  // overflow. moderate() has the words.
+  // m, rad: the rounding of larger positions is above 1e-7. Per s, per s²: squares and their sums stay far
+  // below overflow. moderate() has the words.
   constexpr double farthest = 1e9, fastest = 1e15;
   const auto holds = [&](double value, double rate, double acceleration) {
     return std::abs(value) <= farthest && std::abs(rate) <= fastest && std::abs(acceleration) <= fastest;

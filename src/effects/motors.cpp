@@ -60,26 +60,26 @@ class Motor {
   }
 
   bool hasLine() const { return slope_ > 0; }
-  /// The torque for x at the rate q̇, whatever the place.
+  /// The torque for x at the rate q̇, in any regime.
   double torqueOf(double x, double rate) const {
     if (!hasLine()) return x;
     const double side = signOf(x);
     return side * std::min(side * x, std::max(0.0, limitAt(side, rate)));
   }
-  /// The torque in the present place.
+  /// The torque in the present regime.
   double torque(double t, const double* omega) const {
-    if (place_ == Place::free) return lagged(t);
-    return place_ == Place::line ? side_ * limitAt(side_, q(omega)) : 0;
+    if (regime_ == Regime::free) return lagged(t);
+    return regime_ == Regime::line ? side_ * limitAt(side_, q(omega)) : 0;
   }
-  /// −∂τ/∂q̇ in the present place.
-  double damping() const { return place_ == Place::line ? slope_ : 0; }
-  bool isFree() const { return place_ == Place::free; }
-  /// ∂τ/∂u in the present place, so many s after u changed.
+  /// −∂τ/∂q̇ in the present regime.
+  double damping() const { return regime_ == Regime::line ? slope_ : 0; }
+  bool isFree() const { return regime_ == Regime::free; }
+  /// ∂τ/∂u in the present regime, so many s after u changed.
   double share(double acting) const {
     return !isFree() ? 0 : lag_ == 0 ? 1 : 1 - simd::exp(-std::min(acting / lag_, lagsToTheEnd));
   }
 
-  /// Chooses the place. At its edge, the line acts.
+  /// Chooses the regime. At its edge, the line acts.
   void choose(double t, const double* omega) {
     isNew_ = false;
     if (!hasLine()) return;
@@ -87,9 +87,9 @@ class Motor {
     side_ = signOf(x);
     const double limit = limitAt(side_, q(omega));
     const bool isWithin = side_ * x < limit || (x == 0 && u_ == 0);
-    place_ = isWithin ? Place::free : limit > 0 ? Place::line : Place::idle;
+    regime_ = isWithin ? Regime::free : limit > 0 ? Regime::line : Regime::idle;
   }
-  /// Two event functions, N m: one of them is above 0 where another place is due.
+  /// Two event functions, N m: one of them is above 0 if another regime is due.
   void events(double t, const double* omega, double* g) const;
   /// Their derivatives; a: q̈ of the joints.
   void slopes(double t, const double* omega, const double* a, double* slope) const;
@@ -104,7 +104,7 @@ class Motor {
   }
 
  private:
-  enum class Place { free, line, idle };
+  enum class Regime { free, line, idle };
 
   /// l
   double limitAt(double side, double rate) const { return limitAt(side, rate, limit_); }
@@ -112,21 +112,21 @@ class Motor {
   double signOf(double x) const { return x < 0 || (x == 0 && u_ < 0) ? -1 : 1; }
   /// Two functions of x and q̇, N m. A change is due where one is positive; from `free` only if s x is, too.
   double gap(int which, double x, double rate) const { return gap(which, x, rate, limit_); }
-  /// The same for this limit. For 0 its derivative, of those of x and q̇.
+  /// That function for this limit at rest; for 0, with the derivatives of x and q̇, its derivative.
   double gap(int which, double x, double rate, double limitAtRest) const {
-    if (place_ == Place::free) {
+    if (regime_ == Regime::free) {
       const double side = which == 0 ? 1 : -1;
       return side * x - limitAt(side, rate, limitAtRest);
     }
     const double limit = limitAt(side_, rate, limitAtRest);
-    if (place_ == Place::line) return which == 0 ? limit - side_ * x : -limit;
+    if (regime_ == Regime::line) return which == 0 ? limit - side_ * x : -limit;
     return which == 0 ? limit : -side_ * x;
   }
 
   double limit_, slope_, lag_;  ///< L, N m; L/ω_0, N m s/rad, 0: no line; T, s, 0: no lag
   double u_ = 0, x0_ = 0, t0_ = 0;
   double coefficient_ = 0;  ///< of the last order
-  Place place_ = Place::free;
+  Regime regime_ = Regime::free;
   double side_ = 1;     ///< s, unless it is free
   bool isNew_ = false;  ///< u has changed since choose()
 };
@@ -135,7 +135,7 @@ void Motor::events(double t, const double* omega, double* g) const {
   const double x = lagged(t), rate = q(omega), noise = this->noise(omega);
   g[0] = gap(0, x, rate) - noise;
   g[1] = gap(1, x, rate) - noise;
-  if (place_ != Place::free) return;
+  if (regime_ != Regime::free) return;
   g[0] = std::min(g[0], x - noise);
   g[1] = std::min(g[1], -x - noise);
 }
@@ -144,7 +144,7 @@ void Motor::slopes(double t, const double* omega, const double* a, double* slope
   const double x = lagged(t), rate = q(omega), xd = this->rate(t);
   slope[0] = gap(0, xd, q(a), 0);
   slope[1] = gap(1, xd, q(a), 0);
-  if (place_ != Place::free) return;
+  if (regime_ != Regime::free) return;
   if (x < gap(0, x, rate)) slope[0] = xd;
   if (-x < gap(1, x, rate)) slope[1] = -xd;
 }

@@ -23,9 +23,9 @@ void BodyMotions::find(const BaseState& base, const double* x, const double* rat
 }
 
 PointAt<double> BodyMotions::of(int body, Vec2d point) const {
-  const auto& [place, velocity] = own_[index(body)];
+  const auto& [position, velocity] = own_[index(body)];
   const Vec2d X = turn(body) * point;
-  return {place + X, velocity + rates_[index(body)] * perp(X)};
+  return {position + X, velocity + rates_[index(body)] * perp(X)};
 }
 
 // ---- Forces ------------------------------------------------------------------------------------------
@@ -62,13 +62,13 @@ Powers PointForces::apply(const ChainState& at, const Actions& to) {
 void PointForces::addForceTangents(const ChainState& at, ForceTangent* to) {
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const int j = points_[i].body;
-    const PointAt<double> place = pointAt(points_[i], at);
-    const PointTangent change = tangent(i, place);
-    addForce({at.e[j] * points_[i].point, force(i, place).F, change.place, change.velocity, {}},
+    const PointAt<double> point = pointAt(points_[i], at);
+    const PointTangent change = tangent(i, point);
+    addForce({at.e[j] * points_[i].point, force(i, point).F, change.position, change.velocity, {}},
              rateOf(j, at), to[j]);
     if (coordinates_.turner(j) >= 0) continue;
     for (PlaneTangent* moments : {&to[j].K, &to[j].D}) {  // see apply()
-      moments->momentPlace = {};
+      moments->momentShift = {};
       moments->momentTurn = 0;
     }
   }
@@ -79,16 +79,16 @@ Powers PointForces::powersAlong(const ChainState& at, const StateChange& along) 
   Powers change;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const int j = points_[i].body;
-    const PointAt<double> place = pointAt(points_[i], at);
-    const PointTangent by = tangent(i, place);
+    const PointAt<double> point = pointAt(points_[i], at);
+    const PointTangent by = tangent(i, point);
     const Vec2d X = at.e[j] * points_[i].point;
     const double turn = coordinates_.angle(along.u, j) + along.turn,
                  speed = coordinates_.angle(along.v, j) + along.speed;
     const Vec2d dx = (along.pin ? along.pin[j] : Vec2d{}) + turn * perp(X),
                 dv = along.pinVelocity[j] + speed * perp(X) - (rateOf(j, at) * turn) * X;
-    change.dissipated += dot(by.takenByPlace, dx) + dot(by.takenByVelocity, dv);
+    change.dissipated += dot(by.takenByPosition, dx) + dot(by.takenByVelocity, dv);
     if (coordinates_.turner(j) >= 0) continue;
-    const Vec2d F = force(i, place).F, dF = by.place * dx + by.velocity * dv;
+    const Vec2d F = force(i, point).F, dF = by.position * dx + by.velocity * dv;
     change.supplied -= cross(X, F) * along.speed + (dot(perp(X), dF) - dot(X, F) * turn) * at.baseRate;
   }
   return change;

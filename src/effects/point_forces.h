@@ -1,8 +1,8 @@
 #pragma once
 
-/// Forces at points of bodies that depend on the place and velocity of their point: what air drag and springs
-/// to the ground have in common. A force F acts at X from the own point of its body, which is at p, moves at
-/// v_p and turns at ω against the ground:
+/// Forces at points of bodies that depend on the position and velocity of their point: what air drag and
+/// springs to the ground have in common. A force F acts at X from the own point of its body, which is at p,
+/// moves at v_p and turns at ω against the ground:
 ///
 ///     x = p + X      v = v_p + ω iX      N_k += X×F      X = e_j (point)
 ///
@@ -27,7 +27,7 @@ class BodyMotions {
   /// A point of a body, link frame.
   PointAt<double> of(int body, Vec2d point) const;
   const Rotation<double>& turn(int body) const { return e_[index(body)]; }
-  const Vec2d& pin(int body) const { return own_[index(body)].place; }
+  const Vec2d& pin(int body) const { return own_[index(body)].position; }
 
  private:
   const Chain& chain_;
@@ -47,10 +47,10 @@ struct PointForce {
   Vec2d F;
   double taken = 0;
 };
-/// Their derivatives by the place and velocity of the point.
+/// Their derivatives by the position and velocity of the point.
 struct PointTangent {
-  Matrix2d place, velocity;  ///< F_x, N/m; F_v, N s/m
-  Vec2d takenByPlace, takenByVelocity;
+  Matrix2d position, velocity;  ///< F_x, N/m; F_v, N s/m
+  Vec2d takenByPosition, takenByVelocity;
 };
 
 class PointForces : public Effect, public Forces {
@@ -67,7 +67,8 @@ class PointForces : public Effect, public Forces {
   bool hasSeries() const final { return false; }
 
   const std::vector<ForcePoint>& points() const { return points_; }
-  /// Force i at this place and velocity of its point. The place is known only if forces dependOnPlace().
+  /// Force i at this position and velocity of its point. The position is known only if forces
+  /// dependOnPosition().
   virtual PointForce force(std::size_t i, const PointAt<double>& at) const = 0;
 
  protected:

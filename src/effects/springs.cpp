@@ -72,16 +72,16 @@ Springs::Springs(const Chain& chain, const LaneOrder* lanes) {
     end = chain.joints().size();
     row_ = static_cast<std::size_t>(lanes->lanes());
   }
-  k_.resize(lanes ? static_cast<std::size_t>(lanes->places()) : end - first_);
+  k_.resize(lanes ? static_cast<std::size_t>(lanes->paddedSize()) : end - first_);
   rest_.resize(size());
   torque_.resize(size());
   if (dissipates) d_.resize(size());
   for (std::size_t i = first_; i < end; ++i) {
     const Joint& joint = chain.joints()[i];
-    const std::size_t place = lanes ? lanes->placeOf(i) : i - first_;
-    k_[place] = joint.stiffness;
-    rest_[place] = joint.restAngle;
-    if (dissipates) d_[place] = joint.damping;
+    const std::size_t laneIndex = lanes ? lanes->laneIndexOf(i) : i - first_;
+    k_[laneIndex] = joint.stiffness;
+    rest_[laneIndex] = joint.restAngle;
+    if (dissipates) d_[laneIndex] = joint.damping;
   }
 }
 

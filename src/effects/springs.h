@@ -5,7 +5,7 @@
 ///     τ_i = −k_i (q_i − q0_i) − d_i q̇_i                q_i = θ_i − θ_{i−1}
 ///
 /// Flat arrays from the first joint that has either to the last one, with 0 for what is missing between; or
-/// all places of a lane order, where the inner body stands a row before.
+/// all numbers of a lane order, where the inner body stands a row before.
 
 #include <vector>
 

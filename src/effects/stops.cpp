@@ -10,14 +10,14 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-enum class Place { free, pushing, parted };
+enum class Contact { free, pushing, parted };
 
 struct Stop {
   Coordinate q;  ///< of the joint
   double limit;
   double sign;  ///< + upper, − lower
   double k, d;
-  Place place = Place::free;
+  Contact contact = Contact::free;
 
   double depth(const double* theta) const { return sign * (q(theta) - limit); }
   double speed(const double* omega) const { return sign * q(omega); }
@@ -32,8 +32,8 @@ struct Stop {
   /// The signs of the two event functions, of x and of x + (d/k) ẋ, rad; 0: it cannot happen. A change must
   /// be due by more than rounding: in an overdamped stop k x and d ẋ cancel, and s is below the rounding of
   /// either.
-  double depthSign() const { return place == Place::free ? 1 : place == Place::parted ? -1 : 0; }
-  double pushSign() const { return place == Place::pushing ? -1 : place == Place::parted ? 1 : 0; }
+  double depthSign() const { return contact == Contact::free ? 1 : contact == Contact::parted ? -1 : 0; }
+  double pushSign() const { return contact == Contact::pushing ? -1 : contact == Contact::parted ? 1 : 0; }
   void events(const double* theta, const double* omega, double* g) const {
     const double x = depth(theta), push = x + d / k * speed(omega);
     g[0] = depthSign() == 0 ? ode::never : depthSign() * x - rounding(theta);
@@ -44,9 +44,9 @@ struct Stop {
     events(theta, omega, g);
     return g[0] > 0 || g[1] > 0;
   }
-  Place next(double x, double xd) const {
-    if (!(x > 0)) return Place::free;
-    return k * x + d * xd > 0 ? Place::pushing : Place::parted;
+  Contact next(double x, double xd) const {
+    if (!(x > 0)) return Contact::free;
+    return k * x + d * xd > 0 ? Contact::pushing : Contact::parted;
   }
 };
 
@@ -79,7 +79,7 @@ class Stops : public Effect, public Events, private ode::EventFunctions {
   }
   void addStiffness(double* k, double* d) const override {
     for (const Stop* stop : active_) {
-      if (stop->place != Place::pushing) continue;
+      if (stop->contact != Contact::pushing) continue;
       k[stop->q.joint] += stop->k;
       d[stop->q.joint] += stop->d;
     }
@@ -90,29 +90,29 @@ class Stops : public Effect, public Events, private ode::EventFunctions {
       const double x = stop->depth(at.theta), xd = stop->speed(at.omega);
       const double du = stop->sign * stop->q(along.u);
       const double dv = stop->sign * stop->q(along.v);
-      change += stop->place == Place::pushing ? 2 * stop->d * xd * dv : -stop->k * (x * dv + xd * du);
+      change += stop->contact == Contact::pushing ? 2 * stop->d * xd * dv : -stop->k * (x * dv + xd * du);
     }
     return {0, change};
   }
 
   void saveOrRestore(Snapshot& snapshot) override {
-    for (Stop& stop : stops_) snapshot(stop.place);
+    for (Stop& stop : stops_) snapshot(stop.contact);
     listActive();
   }
 
   Events* events() override { return this; }
   void enterState(double /*t*/, const double* y) override {
-    for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
+    for (Stop& stop : stops_) stop.contact = stop.next(stop.depth(y), stop.speed(y + n_));
     listActive();
   }
   void takeFrom(const Events& other) override {
     const std::vector<Stop>& theirs = static_cast<const Stops&>(other).stops_;
-    for (std::size_t k = 0; k < stops_.size(); ++k) stops_[k].place = theirs[k].place;
+    for (std::size_t k = 0; k < stops_.size(); ++k) stops_[k].contact = theirs[k].contact;
     listActive();
   }
   void fire(double /*t*/, double* y, const ode::LocatedEvent& /*located*/) override {
     for (Stop& stop : stops_) {
-      if (stop.isDue(y, y + n_)) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
+      if (stop.isDue(y, y + n_)) stop.contact = stop.next(stop.depth(y), stop.speed(y + n_));
     }
     listActive();
   }
@@ -145,7 +145,7 @@ class Stops : public Effect, public Events, private ode::EventFunctions {
   void listActive() {
     active_.clear();
     for (const Stop& stop : stops_) {
-      if (stop.place != Place::free) active_.push_back(&stop);
+      if (stop.contact != Contact::free) active_.push_back(&stop);
     }
   }
   /// Calls add(joint, torque) for each that pushes, + on the joint's own link. Returns P_d, W.
@@ -155,7 +155,7 @@ class Stops : public Effect, public Events, private ode::EventFunctions {
     for (const Stop* stop : active_) {
       const double x = stop->depth(theta);
       const double xd = stop->speed(omega);
-      if (stop->place == Place::pushing) {
+      if (stop->contact == Contact::pushing) {
         add(stop->q.joint, -stop->sign * (stop->k * x + stop->d * xd));
         dissipated += stop->d * xd * xd;
       } else {

@@ -10,7 +10,7 @@
 ///     parted     x > 0, s < 0     no torque        V = ½ k x²     P_d = −k x ẋ
 ///
 /// Parted, the joint leaves faster than the stop follows, which relaxes into its own damper; so V depends on
-/// the angle alone, P_d ≥ 0, and the energy balance closes. At each change of place the torque has a corner,
+/// the angle alone, P_d ≥ 0, and the energy balance closes. At each of these changes the torque has a corner,
 /// and a jump where a damped stop is hit; the integrator lands there (ode/events.h), so that each step sees
 /// one smooth f.
 

@@ -26,9 +26,9 @@ GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool 
       laneOrder_(chain.size() - leading_, inSegments ? kernel.lanes : 1) {
   using Arrays = simd::GeneralArrays;
   const int n = laneOrder_.bodies(), lanes = kernel_.lanes, rows = (n + lanes - 1) / lanes;
-  const auto places = index(rows * lanes);
+  const auto paddedSize = index(rows * lanes);
   for (int i = 0; i < chain.size(); ++i) isPrismatic_.push_back(chain.joints()[index(i)].isPrismatic);
-  joints_.resize(places * Arrays::jointQuantities);
+  joints_.resize(paddedSize * Arrays::jointQuantities);
   isMixed_ = std::find(isPrismatic_.begin() + leading_, isPrismatic_.end(), true) != isPrismatic_.end();
   if (!inSegments) {
     links_ = linksInLanes(chain, lanes, rows, 1, lanes);
@@ -41,12 +41,12 @@ GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool 
     bodies_.push_back({link.mass, link.inertia, link.com, link.pin});
   }
   links_ = linksInLaneOrder(leading_ > 0 ? without(chain, leading_) : chain, laneOrder_);
-  terms_.resize(places * Arrays::termQuantities);
+  terms_.resize(paddedSize * Arrays::termQuantities);
   pairs_.resize(index(laneOrder_.rounds() * lanes * simd::pairQuantities));
-  e_.resize(places);
-  F_.resize(places);
-  for (auto* numbers : {&omega_, &N_, &xdd_, &moments_}) numbers->resize(places);
-  if (isMixed_) displaced_.resize(places * Arrays::displacementQuantities);
+  e_.resize(paddedSize);
+  F_.resize(paddedSize);
+  for (auto* numbers : {&omega_, &N_, &xdd_, &moments_}) numbers->resize(paddedSize);
+  if (isMixed_) displaced_.resize(paddedSize * Arrays::displacementQuantities);
 }
 
 std::string GeneralChain::name() const {
@@ -60,7 +60,7 @@ void GeneralChain::take(const JointLaw<double>* laws) {
   const auto lanes = index(laneOrder_.lanes()), n = index(laneOrder_.bodies()), first = index(leading_);
   for (std::size_t j = 0; j < n; ++j) {
     const auto [armature, prescribed, acceleration] = numbersOf(laws[first + j]);
-    putInLane(joints_.data(), laneOrder_.placeOf(j), lanes, {armature, prescribed, acceleration});
+    putInLane(joints_.data(), laneOrder_.laneIndexOf(j), lanes, {armature, prescribed, acceleration});
   }
   bool turns = basePays_, nextIsBare = true;
   for (std::size_t j = 0; j < kinds_.size(); ++j) {
@@ -148,7 +148,7 @@ void GeneralChain::toLaneOrder(const Loads& external, const double* omega,
     const std::size_t i = index(leading_) + j;
     const auto& [d, S, gamma] = displaced[i];
     if (!isPrismatic_[i]) continue;
-    putInLane(displaced_.data(), laneOrder_.placeOf(j), index(laneOrder_.lanes()),
+    putInLane(displaced_.data(), laneOrder_.laneIndexOf(j), index(laneOrder_.lanes()),
               {1, d.x, d.y, S.x, S.y, gamma.x, gamma.y});
   }
 }

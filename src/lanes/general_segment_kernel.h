@@ -31,15 +31,15 @@ struct MixedJoint {
   }
   [[gnu::always_inline]] JointTerms<Pack> pass(Pack N, const JointNumbers<Pack>& law,
                                                ArticulatedTerms<Pack>& articulated) const {
-    ArticulatedTerms<Pack> slid = articulated;
+    ArticulatedTerms<Pack> ifPrismatic = articulated;
     const JointTerms<Pack> revolute = passRevolute(N, law, articulated),
-                           prismatic = passPrismatic(N, law, by.d, slid);
-    articulated = {{either(articulated.A.xx, slid.A.xx), either(articulated.A.xy, slid.A.xy),
-                    either(articulated.A.yy, slid.A.yy)},
-                   either(articulated.b, slid.b),
-                   either(articulated.H, slid.H),
-                   either(articulated.Q, slid.Q),
-                   either(articulated.c, slid.c)};
+                           prismatic = passPrismatic(N, law, by.d, ifPrismatic);
+    articulated = {{either(articulated.A.xx, ifPrismatic.A.xx), either(articulated.A.xy, ifPrismatic.A.xy),
+                    either(articulated.A.yy, ifPrismatic.A.yy)},
+                   either(articulated.b, ifPrismatic.b),
+                   either(articulated.H, ifPrismatic.H),
+                   either(articulated.Q, ifPrismatic.Q),
+                   either(articulated.c, ifPrismatic.c)};
     planar_chain::stepInwards(by, articulated);
     return {either(revolute.u, prismatic.u), either(revolute.v, prismatic.v),
             either(revolute.epsilon, prismatic.epsilon), either(revolute.inverseD, prismatic.inverseD),
@@ -216,12 +216,12 @@ PLANAR_CHAIN_IN_ONE_PIECE void runGeneralSegments(const GeneralArrays& arrays, c
     Pack moment, qdd;
     if constexpr (hasPrismatic) {
       const MixedJoint mixed(arrays.displacedInLanes, i);
-      Moved<Pack> slid = at;
-      Pack slidQdd;
-      const Pack force = outwardsPrismatic(joint, law, mixed.by, slid, slidQdd);
+      Moved<Pack> moved = at;
+      Pack prismaticQdd;
+      const Pack force = outwardsPrismatic(joint, law, mixed.by, moved, prismaticQdd);
       moment = mixed.either(outwardsRevolute(joint, law, at), force);
-      qdd = mixed.either(at.alpha, slidQdd);
-      at = {mixed.either(at.a, slid.a), mixed.either(at.alpha, slid.alpha)};
+      qdd = mixed.either(at.alpha, prismaticQdd);
+      at = {mixed.either(at.a, moved.a), mixed.either(at.alpha, moved.alpha)};
     } else {
       moment = outwardsRevolute(joint, law, at);
       qdd = at.alpha;

@@ -6,20 +6,20 @@ namespace planar_chain {
 
 namespace {
 
-/// Copies n numbers or vectors to their places, or back from there.
+/// Copies n numbers or vectors to lane order, or back from it.
 template <bool isBack, int lanes, class Quantity>
 void copyOf(std::ptrdiff_t n, std::ptrdiff_t steps, const Quantity* from, Quantity* to) {
-  const auto place = [](std::ptrdiff_t i, int s) { return i * lanes + s; };
+  const auto laneIndex = [](std::ptrdiff_t i, int s) { return i * lanes + s; };
   const auto body = [steps](std::ptrdiff_t i, int s) { return s * steps + i; };
   const std::ptrdiff_t whole = std::max<std::ptrdiff_t>(0, n - (lanes - 1) * steps);  // with all lanes in use
   for (std::ptrdiff_t i = 0; i < whole; ++i) {
     Quantity row[lanes];
-    for (int s = 0; s < lanes; ++s) row[s] = from[isBack ? place(i, s) : body(i, s)];
-    for (int s = 0; s < lanes; ++s) to[isBack ? body(i, s) : place(i, s)] = row[s];
+    for (int s = 0; s < lanes; ++s) row[s] = from[isBack ? laneIndex(i, s) : body(i, s)];
+    for (int s = 0; s < lanes; ++s) to[isBack ? body(i, s) : laneIndex(i, s)] = row[s];
   }
   for (std::ptrdiff_t i = whole; i < steps; ++i) {
     for (int s = 0; s < lanes && body(i, s) < n; ++s) {
-      to[isBack ? body(i, s) : place(i, s)] = from[isBack ? place(i, s) : body(i, s)];
+      to[isBack ? body(i, s) : laneIndex(i, s)] = from[isBack ? laneIndex(i, s) : body(i, s)];
     }
   }
 }
@@ -38,7 +38,7 @@ void copy(int n, int lanes, int steps, const Quantity* from, Quantity* to) {
 
 template <class Quantity>
 void LaneOrder::toLaneOrder(const Quantity* values, Quantity* laneOrdered) const {
-  std::fill(laneOrdered + std::max(0, n_ - (lanes_ - 1) * steps_) * lanes_, laneOrdered + places(),
+  std::fill(laneOrdered + std::max(0, n_ - (lanes_ - 1) * steps_) * lanes_, laneOrdered + paddedSize(),
             Quantity{});
   copy<false>(n_, lanes_, steps_, values, laneOrdered);
 }

@@ -2,8 +2,8 @@
 
 /// The order of the bodies of a chain that is cut into segments. The segments lie side by side in SIMD lanes:
 /// lane s of step i is body s·steps + i, counted from the ground. A quantity in lane order has `steps` rows
-/// of one number a lane. Places beyond the end of the chain hold 0. Code in this order reads and writes whole
-/// rows.
+/// of one number a lane. Numbers beyond the end of the chain hold 0. Code in this order reads and writes
+/// whole rows.
 
 #include <cstddef>
 #include <initializer_list>
@@ -12,10 +12,11 @@
 
 namespace planar_chain {
 
-/// Writes the quantities of one body, which lie `lanes` apart. place: its index in a quantity in lane order.
-inline void putInLane(double* rows, std::size_t place, std::size_t lanes,
+/// Writes the quantities of one body, which lie `lanes` apart. laneIndex: its index in a quantity in lane
+/// order.
+inline void putInLane(double* rows, std::size_t laneIndex, std::size_t lanes,
                       std::initializer_list<double> quantities) {
-  double* to = rows + place / lanes * lanes * quantities.size() + place % lanes;
+  double* to = rows + laneIndex / lanes * lanes * quantities.size() + laneIndex % lanes;
   for (const double each : quantities) {
     *to = each;
     to += lanes;
@@ -37,15 +38,15 @@ class LaneOrder {
     return rounds;
   }
   /// The length of a quantity in lane order.
-  int places() const { return steps_ * lanes_; }
+  int paddedSize() const { return steps_ * lanes_; }
 
   /// The index of body j in a quantity in lane order.
-  std::size_t placeOf(std::size_t j) const {
+  std::size_t laneIndexOf(std::size_t j) const {
     const auto steps = static_cast<std::size_t>(steps_);
     return j % steps * static_cast<std::size_t>(lanes_) + j / steps;
   }
 
-  /// Copies n numbers or vectors to their places, with 0 beyond the end, and back. The arrays must be
+  /// Copies n numbers or vectors to lane order, with 0 beyond the end, and back. The arrays must be
   /// different ones. They allocate nothing.
   template <class Quantity>
   void toLaneOrder(const Quantity* values, Quantity* laneOrdered) const;

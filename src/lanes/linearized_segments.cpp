@@ -20,14 +20,14 @@ constexpr int quantities(simd::Steps<count> LinearArrays::* /*member*/) {
 }
 
 /// True if all that a solve reads stays in a cache of its own.
-bool keepsAll(Kept kept, int places, int parts) {
+bool keepsAll(Kept kept, int paddedSize, int parts) {
   if (kept != Kept::whatFits) return kept == Kept::all;
   constexpr std::size_t cache = 2 << 20;
   constexpr int ofNumbers = quantities(&LinearArrays::inward) + quantities(&LinearArrays::factors) +
                             quantities(&LinearArrays::outward) + quantities(&LinearArrays::sweeps) +
                             LinearArrays::sideQuantities;
   const int numbers = quantities(&LinearArrays::state) + ofNumbers * parts;
-  return static_cast<std::size_t>(places) * static_cast<std::size_t>(numbers) * sizeof(double) <= cache;
+  return static_cast<std::size_t>(paddedSize) * static_cast<std::size_t>(numbers) * sizeof(double) <= cache;
 }
 
 template <class Scalar>
@@ -49,20 +49,20 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::L
                                                const LaneOrder& laneOrder,
                                                std::shared_ptr<SegmentsState> state, Kept kept)
     : chain_(chain), kernels_(kernels), laneOrder_(laneOrder), state_(std::move(state)) {
-  const int lanes = laneOrder_.lanes(), ofAll = laneOrder_.places();
+  const int lanes = laneOrder_.lanes(), ofAll = laneOrder_.paddedSize();
   const bool all = keepsAll(kept, ofAll, parts<Scalar>);
   solver_ = &solverFor<Scalar>(kernels_, all);
   if (!state_) {
-    const auto places = static_cast<std::size_t>(ofAll);
+    const auto paddedSize = static_cast<std::size_t>(ofAll);
     state_ = std::make_shared<SegmentsState>(SegmentsState{
-        linksInLaneOrder(chain, laneOrder_), CacheLines(places * quantities(&LinearArrays::state)),
-        CacheLines(places * quantities(&LinearArrays::masses))});
+        linksInLaneOrder(chain, laneOrder_), CacheLines(paddedSize * quantities(&LinearArrays::state)),
+        CacheLines(paddedSize * quantities(&LinearArrays::masses))});
   }
-  const auto places = static_cast<std::size_t>(ofAll * parts<Scalar>);
-  inward_ = CacheLines(all ? places * quantities(&LinearArrays::inward) : 0);
-  factors_ = CacheLines(places * quantities(&LinearArrays::factors));
-  outward_ = CacheLines(lanes > 1 ? places * quantities(&LinearArrays::outward) : 0);
-  sweeps_ = CacheLines(places);
+  const auto paddedSize = static_cast<std::size_t>(ofAll * parts<Scalar>);
+  inward_ = CacheLines(all ? paddedSize * quantities(&LinearArrays::inward) : 0);
+  factors_ = CacheLines(paddedSize * quantities(&LinearArrays::factors));
+  outward_ = CacheLines(lanes > 1 ? paddedSize * quantities(&LinearArrays::outward) : 0);
+  sweeps_ = CacheLines(paddedSize);
   pairs_ = CacheLines(index(laneOrder_.rounds() * lanes * parts<Scalar> * simd::pairQuantities));
   arrays_ = {laneOrder_.steps(),      state_->links.data(), {state_->bodies.data()},
              {state_->masses.data()}, {inward_.data()},     {factors_.data()},
@@ -72,11 +72,11 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::L
 template <class Scalar>
 void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
   const auto lanes = static_cast<std::ptrdiff_t>(laneOrder_.lanes());
-  for (int place = 0; place < laneOrder_.places(); ++place) {
-    double* joint =
-        state_->bodies.data() + place / lanes * quantities(&LinearArrays::state) * lanes + place % lanes;
-    joint[0] = k[place];
-    joint[lanes] = d[place];
+  for (int laneIndex = 0; laneIndex < laneOrder_.paddedSize(); ++laneIndex) {
+    double* joint = state_->bodies.data() + laneIndex / lanes * quantities(&LinearArrays::state) * lanes +
+                    laneIndex % lanes;
+    joint[0] = k[laneIndex];
+    joint[lanes] = d[laneIndex];
   }
 }
 

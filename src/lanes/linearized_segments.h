@@ -63,7 +63,8 @@ class LinearizedSegments {
   explicit LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept = Kept::whatFits)
       : LinearizedSegments(other.chain_, other.kernels_, other.laneOrder_, other.state_, kept) {}
 
-  /// The order of all arrays below, places() numbers a quantity. Places beyond the end have e = 1 and zeros.
+  /// The order of all arrays below, paddedSize() numbers a quantity. Numbers beyond the end have e = 1 and
+  /// zeros.
   const LaneOrder& laneOrder() const { return laneOrder_; }
 
   /// k (N m/rad), d (N m s/rad) of each joint, with whatever acts like a spring or damper there; 0 before.

@@ -38,7 +38,7 @@ Segments::Segments(const Chain& chain, const simd::Kernel& kernel)
     : kernel_(kernel),
       laneOrder_(chain.size(), kernel.lanes),
       links_(linksInLaneOrder(chain, laneOrder_)),
-      factors_(index(laneOrder_.places() * simd::SegmentArrays::factorQuantities)) {}
+      factors_(index(laneOrder_.paddedSize() * simd::SegmentArrays::factorQuantities)) {}
 
 std::string Segments::name() const {
   return "in " + std::to_string(kernel_.lanes) + " segments side by side (" + kernel_.name + ")";

@@ -48,7 +48,7 @@ namespace simd {
 struct Kernel;
 }  // namespace simd
 
-/// m, I, r and p of the links in rows of lanes: lane s of step i is link s·apart + i·next. Places beyond the
+/// m, I, r and p of the links in rows of lanes: lane s of step i is link s·apart + i·next. Numbers beyond the
 /// end of the chain have no mass, no length, and I = 1. Allocates.
 CacheLines linksInLanes(const Chain& chain, int lanes, int steps, int apart, int next);
 /// linksInLanes() for a chain that is cut into segments.
@@ -73,8 +73,8 @@ class Segments {
   /// The order of all arguments of accelerations().
   const LaneOrder& laneOrder() const { return laneOrder_; }
 
-  /// As the recursion of articulated.h, link by link, with places() numbers per quantity. Places beyond the
-  /// end have e = 1 and zeros. Allocates nothing.
+  /// As the recursion of articulated.h, link by link, with paddedSize() numbers per quantity. Numbers beyond
+  /// the end have e = 1 and zeros. Allocates nothing.
   void accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                      Vec2d ground, double* alpha);
 

@@ -43,12 +43,12 @@ class CartAndPole {
     ofSum_ = {Pair::Register{-ofSum, ofSum}};
     ofU_ = sumOfU_ = {Pair::Register{-ofU, ofU}};
     ofF_ = Lane(sigma * inverse);
-    ofPlace_ = {Pair::Register{cross(cart_.axis, ground) * ofSum, 0}};
+    ofDirection_ = {Pair::Register{cross(cart_.axis, ground) * ofSum, 0}};
     ofTurning_ = {Pair::Register{0, -omega * ofU}};
     moreOfTurning_ = {Pair::Register{kappa * omega * e.c, 0}};
     late_ = Pair(2 * e.c * ofTurning_.v[1]);
-    place_ = {Pair::Register{e.c, e.s}};
-    start_ = swapped(place_);
+    direction_ = {Pair::Register{e.c, e.s}};
+    start_ = swapped(direction_);
     omega_ = omega0_ = {Pair::Register{-omega, omega}};
     turning_ = omega_ * start_;
     rates_ = Pair::load(c + 2);
@@ -76,7 +76,7 @@ class CartAndPole {
       Four sum, nextSum;
       sumFromMemory(k, sum, nextSum);
       find(k, std::false_type(), sum);
-      if (++k < order) find(k, std::false_type(), mulAdd(last_, placeAt(2), nextSum));
+      if (++k < order) find(k, std::false_type(), mulAdd(last_, directionAt(2), nextSum));
     }
   }
 
@@ -89,20 +89,20 @@ class CartAndPole {
 
   void findLoads(int k, SeriesLoads* loads) const {
     const Rotation<double> e =
-        Rotation<double>{place_.v[0], place_.v[1]} * Rotation<double>{cart_.turn.c, -cart_.turn.s};
+        Rotation<double>{direction_.v[0], direction_.v[1]} * Rotation<double>{cart_.turn.c, -cart_.turn.s};
     e_[4 * k + 2] = e.c;
     e_[4 * k + 3] = e.s;
     loads->findOrder(k);
   }
 
   /// s_k, c_k, s_k, c_k
-  Four placeAt(int k) const { return Four::load(rows_ + row * k + 4); }
+  Four directionAt(int k) const { return Four::load(rows_ + row * k + 4); }
 
   /// Computes the terms of ω_1 and X_0 in each further order.
   void takeFirst(Pair X0) {
     omega1_ = omega_;
-    moreOfPlace_ = {Pair::Register{0, -ofU_.v[1] * omega_.v[1]}};
-    ofPlace_ += {Pair::Register{0, ofSum_.v[1] * X0.v[0] + 3 * moreOfPlace_.v[1]}};
+    moreOfDirection_ = {Pair::Register{0, -ofU_.v[1] * omega_.v[1]}};
+    ofDirection_ += {Pair::Register{0, ofSum_.v[1] * X0.v[0] + 3 * moreOfDirection_.v[1]}};
   }
 
   /// For an odd k, the products of rows i = 2 … k − 1 and k + 1 − i; and of rows i and k + 2 − i. It begins
@@ -117,13 +117,13 @@ class CartAndPole {
       sums[1] = mulAdd(second, Four::load(low + row + 4), sums[1]);
       nextSums[1] = mulAdd(second, Four::load(low + 2 * row + 4), nextSums[1]);
     }
-    sum = mulAdd(last_, placeAt(2), sums[0] + sums[1]);
-    nextSum = mulAdd(last_, placeAt(3), nextSums[0] + nextSums[1]);
+    sum = mulAdd(last_, directionAt(2), sums[0] + sums[1]);
+    nextSum = mulAdd(last_, directionAt(3), nextSums[0] + nextSums[1]);
   }
 
   template <bool acts, bool isFirst>
   [[gnu::always_inline]] void findOrder(int k, Acting acting, [[maybe_unused]] Four sum) {
-    const Pair half = mulAdd(turning_, ofTurning_, place_ * ofPlace_);
+    const Pair half = mulAdd(turning_, ofTurning_, direction_ * ofDirection_);
     const Pair parts = half - swapped(half);
     Pair early, turns;
     if constexpr (!isFirst) {
@@ -140,29 +140,29 @@ class CartAndPole {
       alpha_ = parts + mulAdd(late_, omega_, mulAdd(late_, alpha_, early));
       last_ = joined(omega_, X_);
       last_.store(rows_ + row * k);
-      turns = mulAdd(omega1_, swapped(place_), first(sum));
+      turns = mulAdd(omega1_, swapped(direction_), first(sum));
       turns = mulAdd(omega_, Pair::load(rows_ + row + 4), turns);
     } else {
       alpha_ = parts + early;
     }
-    ofPlace_ += moreOfPlace_;
+    ofDirection_ += moreOfDirection_;
     ofTurning_ += moreOfTurning_;
 
     // Order k + 1
-    place_ = over(inverses_, k + 1, turning_);
-    if constexpr (!isFirst) place_ = mulAdd(omega_, over(inverses_, k + 1, start_), place_);
-    const Pair place = swapped(place_);
-    joined(place, place).store(rows_ + row * (k + 1) + 4);
-    turning_ = mulAdd(omega0_, place, turns);
+    direction_ = over(inverses_, k + 1, turning_);
+    if constexpr (!isFirst) direction_ = mulAdd(omega_, over(inverses_, k + 1, start_), direction_);
+    const Pair direction = swapped(direction_);
+    joined(direction, direction).store(rows_ + row * (k + 1) + 4);
+    turning_ = mulAdd(omega0_, direction, turns);
 
     sumOfX_ += ofX_;
     Lane X = mulAdd(s0X_, Lane(alpha_.v[1]), -(sumOfX_ * Lane(turning_.v[0])));
     if constexpr (acts) X = mulAdd(Lane(cart_.perMass), lastF_ = acting.f, X);
     X_ = Pair(X.v);
     if (isFirst) X -= Lane(along_);
-    const Pair places = over(inverses_, k + 1, rates_);
+    const Pair positions = over(inverses_, k + 1, rates_);
     rates_ = over(inverses_, k + 1, Pair(Pair::Register{X.v, alpha_.v[1]}));
-    joined(places, rates_).store(c_ + 4 * k + 4);
+    joined(positions, rates_).store(c_ + 4 * k + 4);
   }
 
   const SeriesCart& cart_;
@@ -171,10 +171,10 @@ class CartAndPole {
   double* c_;
   double along_;
   Lane s0_, ofN_, ofF_, ofX_, sumOfX_, s0X_;
-  Pair ofSum_, ofU_, sumOfU_, ofPlace_, moreOfPlace_, ofTurning_, moreOfTurning_, late_, omega0_, omega1_,
-      start_;
+  Pair ofSum_, ofU_, sumOfU_, ofDirection_, moreOfDirection_, ofTurning_, moreOfTurning_, late_, omega0_,
+      omega1_, start_;
   Four last_;
-  Pair place_;          ///< c, s
+  Pair direction_;      ///< c, s
   Pair turning_;        ///< −w, v without ω_k
   Pair omega_, alpha_;  ///< of opposite signs
   Pair X_, rates_;

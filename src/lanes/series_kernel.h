@@ -92,7 +92,7 @@ template <int count>
   return quotient(a, perK.k, Real(perK.whole.v), Real(perK.rest.v));
 }
 
-/// Input of order k, and the places of order k + 1.
+/// Input of order k, and the positions of order k + 1.
 template <class Real>
 struct Order {
   int k;

@@ -95,7 +95,7 @@ class Two {
 
   template <bool isFirst>
   [[gnu::always_inline]] void find(const Order<Lane>& order) {
-    const Four x = conjugate(place(e_, body_, turnedBody_));
+    const Four x = conjugate(rotated(e_, body_, turnedBody_));
     double* row = order.row;
     omega_.store(row);
     x.store(row + 4);
@@ -110,7 +110,7 @@ class Two {
     }
     z = mulAdd(Four::load(order.rows), nextE_, z);
     const Four orders(order.k + 1);
-    Four Cdd = place(z, orders * turnedBody_, orders * minusBody_);
+    Four Cdd = rotated(z, orders * turnedBody_, orders * minusBody_);
     if (order.F) Cdd = Cdd - pairsOf({}, {order.F[2], order.F[3]});
     left = mulAdd(Four::load(order.rows + 4), crossed(Cdd), left);
     const Four f = left + turned(left);
@@ -132,7 +132,7 @@ class Two {
   static Four conjugate(Four a) { return a * pairsOf(Vec2d{1, -1}, {1, -1}); }
   static Four i(Four a) { return turned(a) * pairsOf(Vec2d{-1, 1}, {-1, 1}); }
   /// e b
-  static Four place(Four e, Four b, Four ib) { return mulAdd(firsts(e), b, seconds(e) * ib); }
+  static Four rotated(Four e, Four b, Four ib) { return mulAdd(firsts(e), b, seconds(e) * ib); }
   /// What a pair of (x, −y) times it gives, summed, is its cross product with the other pair.
   static Four crossed(Four a) { return turned(exchanged(a)); }
 

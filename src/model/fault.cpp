@@ -22,7 +22,7 @@ std::vector<Fault>& shorten(std::vector<Fault>& faults) {
 }
 
 template <class Finding>
-std::string placeOf(const Finding& finding) {
+std::string locationOf(const Finding& finding) {
   if (finding.file.empty()) return finding.path;
   return finding.file + (finding.line > 0 ? ":" + std::to_string(finding.line) : "") + ": " + finding.path;
 }
@@ -31,7 +31,7 @@ std::string placeOf(const Finding& finding) {
 
 std::string toString(const Note& note) {
   const std::string more = note.more > 0 ? " (and " + std::to_string(note.more) + " more)" : "";
-  return placeOf(note) + ": " + note.text + more;
+  return locationOf(note) + ": " + note.text + more;
 }
 
 std::vector<Note> newNotes(const std::vector<Note>& notes, const std::vector<Note>& known) {
@@ -83,7 +83,7 @@ std::string quoted(const std::string& text) {
 // ---- Faults ----------------------------------------------------------------------------------------
 
 std::string toString(const Fault& fault) {
-  return placeOf(fault) + ": expected " + fault.expected + ", got " + fault.found;
+  return locationOf(fault) + ": expected " + fault.expected + ", got " + fault.found;
 }
 
 std::string toString(const std::vector<Fault>& faults, const char* between) {

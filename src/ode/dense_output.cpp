@@ -9,7 +9,7 @@ namespace planar_chain::ode {
 DenseOutput::DenseOutput(SeriesSystem& f)
     : f_(f),
       vectors_(f.vectors()),
-      n_(f.places()),
+      n_(f.firstRate()),
       turn_(n_),
       quartic_(n_),
       increment_(2 * n_),
@@ -94,8 +94,8 @@ void DenseOutput::findRates() const {
   const auto byRates = h_ / 2 * (v0 + v1) + change;
   const auto size = start_.state.y.head(n_).array().abs() + end_.state.y.head(n_).array().abs();
   turn_ = ((turn_.array() - byRates).abs() <= rounding * size).select(byRates, turn_.array());
-  // A projection moves every place by some rounding of the largest, and by more than that. In so short a step
-  // that the change of α turns nothing, the rates alone tell the turn, too.
+  // A projection moves every position by some rounding of the largest, and by more than that. In so short a
+  // step that the change of α turns nothing, the rates alone tell the turn, too.
   if (f_.freedoms() == f_.size()) return;
   turn_ = (change.abs() <= rounding * (1 + size.maxCoeff())).select(byRates, turn_.array());
 }

@@ -23,7 +23,7 @@ class DenseOutput {
  public:
   /// f must outlive this object.
   explicit DenseOutput(SeriesSystem& f);
-  /// True if f has places. Otherwise nothing else may be called.
+  /// True if f has positions. Otherwise nothing else may be called.
   bool isPossible() const { return n_ > 0; }
 
   /// Evaluates f where the next step starts, unless the last one ended there.
@@ -68,7 +68,7 @@ class DenseOutput {
 
   SeriesSystem& f_;
   const simd::VectorKernel& vectors_;
-  const Eigen::Index n_;  ///< places, in lane order
+  const Eigen::Index n_;  ///< positions, in lane order
   double h_ = 0;
   mutable Eigen::VectorXd turn_;      ///< of θ, from end to end
   mutable bool isTurnKnown_ = false;  ///< where it is rounding, too

@@ -16,7 +16,8 @@
 /// There are four looks, each at what the one before leaves open. The first two close EventFunctions as a
 /// whole:
 ///
-///     1. at the ends of the step, with accelerations by the cubic through places and rates there. Those are
+///     1. at the ends of the step, with accelerations by the cubic through positions and rates there. Those
+///     are
 ///        closed that stay below 0 if they go four times as far beyond their ends as values and slopes tell.
 ///        Most steps end here.
 ///     2. by halves, with the accelerations of the dense output. Those are closed that are as far below 0 as

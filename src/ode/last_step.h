@@ -40,7 +40,7 @@ class LastStep final : public StepStates {
   bool make(double t, Eigen::VectorXd& y, Eigen::VectorXd& accelerations) override {
     if (!stepTo(t)) return false;
     f_.toChainOrder(trial.y.data(), y.data());
-    const Eigen::Index n = f_.places();
+    const Eigen::Index n = f_.firstRate();
     f_.slope(t, trial.y.data(), rates_.data());
     rates_.head(n) = rates_.segment(n, n);  // they do not overlap
     f_.toChainOrder(rates_.data(), accelerations.data());

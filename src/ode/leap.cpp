@@ -68,7 +68,7 @@ struct Integrals {
 
 Leap::Leap(System& f)
     : f_(f),
-      n_(f.places()),
+      n_(f.firstRate()),
       from_(f.sizeInLaneOrder()),
       node_(from_),
       last_(from_),

@@ -103,7 +103,7 @@ class LeapingSteps : public StepsOf {
   }
   double reach(const State& state) const { return std::min(limit_, mostTurned / fastest(state)); }
   double fastest(const State& state) const {
-    const Eigen::Index n = f_.places();
+    const Eigen::Index n = f_.firstRate();
     return state.y.segment(n, n).cwiseAbs().maxCoeff();
   }
 
@@ -150,7 +150,7 @@ class LeapingSteps : public StepsOf {
     if (!leap_.at(t, trial_)) return false;
     reached_ = trial_.y;
     if (!f_.project(trial_, state)) return false;
-    const Eigen::Index n = f_.places();
+    const Eigen::Index n = f_.firstRate();
     const double rate = branch * fastest(state);
     const auto isSmall = [&](Eigen::Index first, double ofBranch) {
       const auto to = reached_.segment(first, n).array();

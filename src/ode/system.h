@@ -84,8 +84,8 @@ class System {
   /// The number p of positions: the first p components of a y in lane order. Their derivatives are the next p
   /// components, and f does not depend on the components behind. 0: unknown.
   virtual int positions() const { return 0; }
-  /// The same number, also if rates() writes all derivatives.
-  virtual int places() const { return positions(); }
+  /// The index of the first rate in lane order. It is positions(), unless rates() writes all derivatives.
+  virtual int firstRate() const { return positions(); }
   /// The derivatives of all but the positions, sizeInLaneOrder() − positions() numbers, at a y in lane order.
   virtual void rates(double t, const double* y, double* out) { derivative(t, y, out); }
   /// A step has ended at this state. If it differs from the last y of rates() by rounding alone, the system

@@ -11,11 +11,13 @@
 
 #include <chrono>
 #include <initializer_list>
+#include <map>
 #include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "planar_chain/derivatives.h"
 #include "planar_chain/kinematics.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/scene.h"
@@ -39,6 +41,11 @@ struct TreeAndScene {
   Scene scene;
 
   explicit TreeAndScene(Value from);
+  /// variedNumber(), which is found once for each path. Under Python's lock.
+  const VariedNumber& near(const std::string& path) const;
+
+ private:
+  mutable std::map<std::string, VariedNumber> near_;
 };
 
 /// A dict with text as keys, list, tuple, array, number, bool, text or None.

@@ -50,8 +50,7 @@ py::object runOf(const TreeAndScene& scene, const std::vector<double>& instants,
   std::vector<VariedNumber> numbers;
   for (const py::handle& name : names.is_none() ? py::list() : py::list(names)) {
     wanted.push_back(textOf(py::reinterpret_borrow<py::object>(name), "derivatives"));
-    if (wanted.back() != byState && wanted.back() != byTorques)
-      numbers.push_back(variedNumber(scene.tree, wanted.back()));
+    if (wanted.back() != byState && wanted.back() != byTorques) numbers.push_back(scene.near(wanted.back()));
   }
   Running running(scene, 0);
   const StepBudget budget = running.budget(instants.empty() ? 0 : instants.back(), stepsOf(mostSteps));

@@ -136,7 +136,7 @@ friction: with 'acts' a joint at rest may stick; then its column of B is 0, and 
 counts as one that slips, without friction. Motors and delays of commands are in neither A nor B, as a warning says: δτ is what acts.
 motors: as of Simulation.linearize(); the motors have reached tau.
 The default state, and what is refused, are those of equations().
-Of a closed chain, whose tip is held, A and B are as large, and hold for changes with J_c δq = 0 (J_c: see equations());
+If the tip is held, A and B keep their size, and hold for changes with J_c δq = 0 (J_c: see equations());
 B has the rank n − 2, or n − 1 for a tip on a line.)");
 }
 

@@ -153,6 +153,11 @@ std::vector<std::string> namesOf(const Things& things) {
 TreeAndScene::TreeAndScene(Value from)
     : tree(std::move(from)), scene(released([this] { return readScene(tree); })) {}
 
+const VariedNumber& TreeAndScene::near(const std::string& path) const {
+  const auto found = near_.find(path);
+  return found != near_.end() ? found->second : near_.emplace(path, variedNumber(tree, path)).first->second;
+}
+
 namespace {
 
 void bindFaults(py::module& module) {

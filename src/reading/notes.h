@@ -22,7 +22,7 @@ class Notes {
 
  private:
   std::vector<Note> notes_;
-  std::map<std::string, std::size_t> places_;  ///< in notes_, by text
+  std::map<std::string, std::size_t> indices_;  ///< in notes_, by text
 };
 
 }  // namespace planar_chain

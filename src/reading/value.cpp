@@ -102,7 +102,7 @@ int lineOf(const YAML::Mark& mark) {
   return mark.line + 1;
 }
 
-std::string placeOf(const YAML::Mark& mark) {
+std::string lineAndColumn(const YAML::Mark& mark) {
   return "line " + std::to_string(lineOf(mark)) + ", column " + std::to_string(mark.column + 1);
 }
 
@@ -163,17 +163,17 @@ class Builder : public YAML::EventHandler {
     if (!isPlain) requireNoTag(mark, tag);
     Counted scalar{isPlain ? resolve(text) : Value(text), text.size()};
     count(mark, scalar);
-    place(mark, anchor, std::move(scalar), isPlain);
+    insert(mark, anchor, std::move(scalar), isPlain);
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchored_.find(anchor);
     if (known == anchored_.end()) {
       refuseHere("an alias of a complete value", "one", mark);
-      return place(mark, 0, {}, false);
+      return insert(mark, 0, {}, false);
     }
     count(mark, known->second);
-    place(mark, 0, known->second, false);
+    insert(mark, 0, known->second, false);
   }
 
   void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
@@ -222,7 +222,7 @@ class Builder : public YAML::EventHandler {
   }
 
   void refuseHere(const std::string& expected, const std::string& found, const YAML::Mark& mark) {
-    faults.push_back({path(), expected, found + " in " + placeOf(mark), lineOf(mark)});
+    faults.push_back({path(), expected, found + " in " + lineAndColumn(mark), lineOf(mark)});
   }
 
   void requireNoTag(const YAML::Mark& mark, const std::string& tag) {
@@ -232,7 +232,7 @@ class Builder : public YAML::EventHandler {
 
   void count(const YAML::Mark& mark, const Counted& tree) {
     const auto refuseMore = [&](const std::string& most) {
-      refuse(path(), most, "more in " + placeOf(mark), lineOf(mark));
+      refuse(path(), most, "more in " + lineAndColumn(mark), lineOf(mark));
     };
     bytes_ += tree.bytes;
     values_ += tree.values;
@@ -252,11 +252,11 @@ class Builder : public YAML::EventHandler {
     Open level = std::move(open_.back());
     open_.pop_back();
     if (level.tree.value.map()) level.tree.value.map()->merge(level.merged);
-    place(level.mark, level.anchor, std::move(level.tree), false);
+    insert(level.mark, level.anchor, std::move(level.tree), false);
   }
 
-  /// Puts a complete value in its place: the root, a list's next entry, a map's key or value.
-  void place(const YAML::Mark& mark, YAML::anchor_t anchor, Counted tree, bool isPlain) {
+  /// Inserts a complete value: as the root, a list's next entry, a map's key or value.
+  void insert(const YAML::Mark& mark, YAML::anchor_t anchor, Counted tree, bool isPlain) {
     if (anchor != 0) anchored_[anchor] = tree;
     tree.value.line = lineOf(mark);
     if (open_.empty()) {
@@ -294,7 +294,7 @@ class Builder : public YAML::EventHandler {
   }
 
   /// Between braces, YAML reads "mass: 0,3" as mass: 0 and a key 3 without a value. Makes that the text 0,3
-  /// again, which is no number: the fault is at its place, and not at the key.
+  /// again, which is no number: the fault is that of the number, and not of the key.
   bool joinDecimals(Open& level) {
     const auto whole = level.tree.value.map()->find(level.before);
     if (level.digits.empty() || whole == level.tree.value.map()->end() || !whole->second.number())
@@ -346,7 +346,7 @@ Value parseYaml(const std::string& text) {
         : error.msg == YAML::ErrorMsg::MAP_VALUE
             ? "a key within the value of another (a line too far in, or no space behind a colon?)"
             : onOneLine(error.msg);
-    refuse("scene", "YAML", placeOf(error.mark) + ": " + why, line);
+    refuse("scene", "YAML", lineAndColumn(error.mark) + ": " + why, line);
   }
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
-/// How the active force and moment on a body change with its place and velocity.
+/// How the active force and moment on a body change with its position and velocity.
 ///
-/// (x, θ) are the place of the inner pin and the angle of the body, (v, ω) their rates, (F, N) the active
+/// (x, θ) are the position of the inner pin and the angle of the body, (v, ω) their rates, (F, N) the active
 /// force and the moment about the inner pin, all in base axes. Then
 ///
 ///     δ(F, N) = −K δ(x, θ) − D δ(v, ω)
@@ -28,9 +28,9 @@ using Matrix2d = Matrix2<double>;
 
 /// A 3×3 matrix that acts on (x, θ) or (v, ω): rows force, moment.
 struct PlaneTangent {
-  Matrix2d forcePlace;  ///< ∂F/∂x: N/m, or N s/m
+  Matrix2d forceShift;  ///< ∂F/∂x: N/m, or N s/m
   Vec2d forceTurn;      ///< ∂F/∂θ: N/rad, or N s/rad
-  Vec2d momentPlace;    ///< ∂N/∂x: N, or N s
+  Vec2d momentShift;    ///< ∂N/∂x: N, or N s
   double momentTurn{};  ///< ∂N/∂θ: N m/rad, or N m s/rad
 };
 
@@ -43,7 +43,7 @@ struct ForceTangent {
 struct ForceAt {
   Vec2d X;            ///< from the inner pin to the point, m
   Vec2d F;            ///< N
-  Matrix2d place;     ///< F_x, N/m
+  Matrix2d position;  ///< F_x, N/m
   Matrix2d velocity;  ///< F_v, N s/m
   Vec2d turn;         ///< F_θ, N/rad
 };
@@ -66,16 +66,16 @@ inline Matrix2d& operator-=(Matrix2d& M, const Matrix2d& other) {
 /// Adds a force to the K and D of its body, which turns at ω. K then has the force's X·F, too: it must not be
 /// in CoupledState::XF again.
 inline void addForce(const ForceAt& force, double omega, ForceTangent& to) {
-  const auto& [X, F, place, velocity, turn] = force;
+  const auto& [X, F, position, velocity, turn] = force;
   const Vec2d iX = perp(X);
-  const Vec2d byTurn = place * iX - omega * (velocity * X) + turn, byRate = velocity * iX;
-  to.K.forcePlace -= place;
+  const Vec2d byTurn = position * iX - omega * (velocity * X) + turn, byRate = velocity * iX;
+  to.K.forceShift -= position;
   to.K.forceTurn -= byTurn;
-  to.K.momentPlace -= transposedTimes(place, iX);
+  to.K.momentShift -= transposedTimes(position, iX);
   to.K.momentTurn -= dot(iX, byTurn) - dot(X, F);
-  to.D.forcePlace -= velocity;
+  to.D.forceShift -= velocity;
   to.D.forceTurn -= byRate;
-  to.D.momentPlace -= transposedTimes(velocity, iX);
+  to.D.momentShift -= transposedTimes(velocity, iX);
   to.D.momentTurn -= dot(iX, byRate);
 }
 

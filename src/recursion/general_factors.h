@@ -12,7 +12,7 @@
 
 namespace planar_chain {
 
-/// Numbers for k = a, v, x, or for k = a alone if no force depends on place or velocity.
+/// Numbers for k = a, v, x, or for k = a alone if no force depends on position or velocity.
 template <class Value, std::size_t kinds = 3>
 using PerMotion = std::array<Value, kinds>;
 
@@ -49,7 +49,7 @@ Vec2<Scalar> wide(Vec2d a) {
   return {Scalar(a.x), Scalar(a.y)};
 }
 
-/// kinds: 3, or 1 if no force depends on place or velocity. isMixed: a joint is prismatic.
+/// kinds: 3, or 1 if no force depends on position or velocity. isMixed: a joint is prismatic.
 template <class Scalar, std::size_t kinds, bool isMixed>
 class GeneralFactors {
  public:
@@ -88,15 +88,15 @@ class GeneralFactors {
   };
   /// The factors of a prismatic joint: U, V_k/D, V_k, and E and M with the terms of σ and ρ_v.
   struct PrismaticFactors {
-    Vec2<Scalar> ofRate, ofPlace;        ///< b' changes with −ρ_s and σ_s
-    Scalar momentOfRate, momentOfPlace;  ///< and r'
+    Vec2<Scalar> ofRate, ofPosition;        ///< b' changes with −ρ_s and σ_s
+    Scalar momentOfRate, momentOfPosition;  ///< and r'
     Scalar f, v, vD, u, D0;
     Motion Z, W, z, w;
   };
-  /// eD: of a joint, e or η over D. eta: behind it. g: γ, or x. Ev, Eq, ofRate, ofPlace: how c_t changes with
-  /// −ρ_v, σ, −ρ_s and σ_s.
+  /// eD: of a joint, e or η over D. eta: behind it. g: γ, or x. Ev, Eq, ofRate, ofPosition: how c_t changes
+  /// with −ρ_v, σ, −ρ_s and σ_s.
   struct AtTip {
-    Vec2<Scalar> e, eD, g, Ev, Eq, ofRate, ofPlace, eta;
+    Vec2<Scalar> e, eD, g, Ev, Eq, ofRate, ofPosition, eta;
   };
 
   bool isPrismatic(std::size_t j) const { return isMixed && bodies_.isPrismatic(j); }
@@ -183,7 +183,7 @@ template <class Scalar, std::size_t kinds, bool isMixed>
     const Vec2<Scalar> drift = mulAdd(less[k].y, zeta, Vec2<Scalar>{less[k].x * xi.x, less[k].x * xi.y});
     Eq = kinds == 1 ? drift : Eq + drift;
     Mq += less[k].y * alongTurn + less[k].x * alongPin;
-    sums.UL[k] = mulAdd(1.0, k == 0 ? perp(mR) : tangent(j, k).momentPlace, lambda);
+    sums.UL[k] = mulAdd(1.0, k == 0 ? perp(mR) : tangent(j, k).momentShift, lambda);
   }
   factors.Eq = Eq;
   factors.Mq = Mq;
@@ -201,7 +201,7 @@ template <class Scalar, std::size_t kinds, bool isMixed>
   articulated.B[0].xx += bodies_[j].m;
   articulated.B[0].yy += bodies_[j].m;
   for (std::size_t k = 1; k < kinds; ++k) {
-    const Matrix2d& T = tangent(j, k).forcePlace;
+    const Matrix2d& T = tangent(j, k).forceShift;
     Matrix2<Scalar>& B = articulated.B[k];
     B = {T.xx + B.xx, T.xy + B.xy, T.yx + B.yx, T.yy + B.yy};
   }
@@ -279,9 +279,9 @@ void GeneralFactors<Scalar, kinds, isMixed>::passPrismatic(std::size_t j, const 
   factors.Mv += dot(p[0], wideS);
   factors.Mq -= sum(p, prismatic.W) - alongS;
   prismatic.ofRate = B[0].times(d, Vec2<Scalar>{});
-  prismatic.ofPlace = sum(B, prismatic.w);
+  prismatic.ofPosition = sum(B, prismatic.w);
   prismatic.momentOfRate = dot(p[0], wideD);
-  prismatic.momentOfPlace = sum(p, prismatic.w) + prismatic.f;
+  prismatic.momentOfPosition = sum(p, prismatic.w) + prismatic.f;
 
   const bool isPrescribed = bodies_.joint(j).isPrescribed;
   const Scalar over = factors.over = isPrescribed ? Scalar{} : 1.0 / (prismatic.D0 + stiffnessOf(j));
@@ -311,7 +311,7 @@ void GeneralFactors<Scalar, kinds, isMixed>::passCarriage(std::size_t j,
   if constexpr (kinds == 3) {
     prismatic.z[1] = s_ * wideD;
     prismatic.z[2] = prismatic.w[2] = wideD;
-    prismatic.ofPlace = B[2].times(d, Vec2<Scalar>{});
+    prismatic.ofPosition = B[2].times(d, Vec2<Scalar>{});
   }
   factors.UR = sum(B, prismatic.z);
   prismatic.D0 = dotMixed(d, factors.UR);
@@ -353,7 +353,7 @@ void GeneralFactors<Scalar, kinds, isMixed>::sweepTip() {
       at.Ev += Gamma[0].times(iS, Vec2<Scalar>{});
       at.Eq += sum(Gamma, prismatic.W);
       at.ofRate = Gamma[0].times(d, Vec2<Scalar>{});
-      at.ofPlace = sum(Gamma, prismatic.w);
+      at.ofPosition = sum(Gamma, prismatic.w);
       at.eD = factors.over * at.e;
       eta += transposedTimes(G, wide<Scalar>(iS)) - prismatic.u * at.eD;
       gamma += sum(Gamma, prismatic.Z) - prismatic.vD * at.g;

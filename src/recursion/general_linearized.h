@@ -11,7 +11,7 @@
 /// The force of the base changes by b of the first body, its moment about the ground pin by r. They and the
 /// moments of prescribed joints, δμ = q u'_parent + Σ p_k·y_k + r, give the changes of the powers.
 ///
-/// Forces may depend on the place and velocity of their bodies: each body then has K and D of
+/// Forces may depend on the position and velocity of their bodies: each body then has K and D of
 /// force_tangent.h. Such a force feels how its body's pin moves, not only how the pin accelerates. So a body
 /// shows its parent, which turns by σ + u', a force and a moment that are linear in y = (δa, δv, δx) of the
 /// pin, six numbers; or in δa alone where no force is of this kind:
@@ -175,11 +175,11 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryInwards(const Scalar* rhoQ,
       continue;
     }
     const PrismaticFactors& prismatic = prismaticFactors_[j];
-    const Scalar place = rhoQ[j] * overS_, rate = rhoV[j];
-    b = mulAdd(-rate, prismatic.ofRate, mulAdd(place, prismatic.ofPlace, b));
-    r = prismatic.momentOfPlace * place - known - prismatic.momentOfRate * rate +
+    const Scalar position = rhoQ[j] * overS_, rate = rhoV[j];
+    b = mulAdd(-rate, prismatic.ofRate, mulAdd(position, prismatic.ofPosition, b));
+    r = prismatic.momentOfPosition * position - known - prismatic.momentOfRate * rate +
         dotMixed(perp(bodies_.prismatic(j).S), b);
-    const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * rate - body.k * place;
+    const Scalar delta = joint.isPrescribed ? Scalar{} : joint.armature * rate - body.k * position;
     const Scalar epsilon = delta - dotMixed(bodies_.prismatic(j).axis, b) - prismatic.f * sigma;
     const Scalar turn = factors.turn = joint.isPrescribed ? rate * (overS_ * overS_) : epsilon * factors.over;
     b = mulAdd(turn, factors.UR, b);
@@ -201,16 +201,16 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ
     Scalar own, rate = rhoV[j];  // u' and ρ_v of the coordinate
     if (isPrismatic(j)) {
       const PrismaticFactors& prismatic = prismaticFactors_[j];
-      const Scalar place = rhoQ[j] * overS_;
+      const Scalar position = rhoQ[j] * overS_;
       moments_[j] += prismatic.v * parent + sum(factors.p, y);
       own = factors.turn - prismatic.vD * parent - sum(factors.ULD, y);
       for (std::size_t k = 0; k < kinds; ++k) {
         y[k] += mulAdd(parent, prismatic.Z[k],
-                       mulAdd(sigma, prismatic.W[k], mulAdd(own, prismatic.z[k], place * prismatic.w[k])));
+                       mulAdd(sigma, prismatic.W[k], mulAdd(own, prismatic.z[k], position * prismatic.w[k])));
       }
       y[0] -=
           mulAdd(rho, perp(bodies_.prismatic(j).S), mulAdd(rate, bodies_.prismatic(j).axis, Vec2<Scalar>{}));
-      u[j] = place + own;
+      u[j] = position + own;
     } else {
       sigma = rhoQ[j] * overS_;
       rho = rate;
@@ -234,16 +234,16 @@ void GeneralLinearized<Scalar, kinds, isMixed>::carryOutwards(const Scalar* rhoQ
 template <class Scalar, std::size_t kinds, bool isMixed>
 Vec2<Scalar> GeneralLinearized<Scalar, kinds, isMixed>::tipFree(const Scalar* rhoQ,
                                                                 const Scalar* rhoV) const {
-  Vec2<Scalar> free, ofPlaces;  // ofPlaces: times s
+  Vec2<Scalar> free, ofPositions;  // ofPositions: times s
   for (std::size_t j = 0; j < tips_.size(); ++j) {
     const AtTip& at = tips_[j];
     free = mulAdd(factors_[j].turn, at.g, mulAdd(-ofBody(rhoV, j), at.Ev, free));
-    ofPlaces = mulAdd(ofBody(rhoQ, j), at.Eq, ofPlaces);
+    ofPositions = mulAdd(ofBody(rhoQ, j), at.Eq, ofPositions);
     if (!isPrismatic(j)) continue;
     free = mulAdd(-rhoV[j], at.ofRate, free);
-    ofPlaces = mulAdd(rhoQ[j], at.ofPlace, ofPlaces);
+    ofPositions = mulAdd(rhoQ[j], at.ofPosition, ofPositions);
   }
-  return mulAdd(overS_, ofPlaces, free);
+  return mulAdd(overS_, ofPositions, free);
 }
 
 /// Finds δλ, and adds what it changes.
@@ -273,7 +273,7 @@ void GeneralLinearized<Scalar, kinds, isMixed>::hold(const Scalar* rhoQ, const S
   baseMoment_ -= dot(tips_.front().eta, tipForce_);
 }
 
-/// The solve for these bodies. tangents: nullptr if no force depends on place or velocity.
+/// The solve for these bodies. tangents: nullptr if no force depends on position or velocity.
 template <class Scalar>
 std::unique_ptr<GeneralSolve<Scalar>> makeGeneralSolve(const GeneralBodies& bodies,
                                                        const ForceTangent* tangents, bool holdsTip,

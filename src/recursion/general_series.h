@@ -129,8 +129,8 @@ class GeneralSeries {
     JointNumbers<double> law{};
     JointTerms<double> terms{};
 
-    // Of one order.
-    Vec2d z{}, turned{}, slid{}, a{};  ///< turned: ë; slid: ÿ of a prismatic joint
+    // One order.
+    Vec2d z{}, edd{}, ydd{}, a{};  ///< edd: ë; ydd: ÿ, of a prismatic joint
   };
 
   /// Order k of the coordinates, and then of their rates.
@@ -182,10 +182,10 @@ class GeneralSeries {
     for (std::size_t j = 0; j < n_; ++j) {
       SweptBody& body = bodies_[j];
       body.z = sumOf(k + 1, 0, k, omega_.of(j), e_.of(j), scale);
-      body.turned = (k + 1.0) * perp(body.z);
+      body.edd = (k + 1.0) * perp(body.z);
       if (!body.isPrismatic) continue;
       const Vec2d sum = sumOf(k + 2, 1, k + 1, Orders<double>{c_ + j, 2 * n_}, e_.of(j), scale);
-      body.slid = (k + 1.0) * (k + 2) * sum + c_[j] * body.turned;
+      body.ydd = (k + 1.0) * (k + 2) * sum + c_[j] * body.edd;
     }
   }
 
@@ -201,11 +201,11 @@ class GeneralSeries {
       const Vec2d byAlpha = (body.turner >= 0 ? xdd_[index(body.turner)] : given.turning) * perp(e);
       const Vec2d next = part * (share * byAlpha + perp(body.z));
       e_[k + 2][j] = {next.x, next.y};
-      body.turned += byAlpha;
+      body.edd += byAlpha;
       rates[j] = share * (body.isPrismatic ? xdd_[j] : xdd_[j] - given.turning);
       if (!body.isPrismatic) continue;
-      body.slid += xdd_[j] * e + c_[j] * byAlpha;
-      y_[k + 2][j] = share * part * body.slid;
+      body.ydd += xdd_[j] * e + c_[j] * byAlpha;
+      y_[k + 2][j] = share * part * body.ydd;
     }
     findForces(k, given);
   }
@@ -214,15 +214,15 @@ class GeneralSeries {
   void findForces(int k, const GeneralOrder& given) {
     Vec2d a = given.ground;
     for (SweptBody& body : bodies_) {
-      if (body.isPrismatic) a += times(body.slid, body.axis);
+      if (body.isPrismatic) a += times(body.ydd, body.axis);
       body.a = a;
-      a += times(body.turned, body.of.p);
+      a += times(body.edd, body.of.p);
     }
     Vec2d f;
     for (std::size_t j = n_; j-- > 0;) {
       const SweptBody& body = bodies_[j];
       w_[k][j] = body.of.m * conjugateTimes(body.of.r, body.a) + conjugateTimes(body.of.p, f);
-      f += body.of.m * (body.a + times(body.turned, body.of.r));
+      f += body.of.m * (body.a + times(body.edd, body.of.r));
       if (given.F) f -= given.F[j];
       if (body.isPrismatic) g_[k][j] = conjugateTimes(body.axis, f);
     }

@@ -14,10 +14,10 @@
 
 namespace planar_chain {
 
-/// A point of the chain: its place, m, and velocity, m/s.
+/// A point of the chain: its position, m, and velocity, m/s.
 template <class Real>
 struct PointAt {
-  Vec2<Real> place, velocity;
+  Vec2<Real> position, velocity;
 };
 
 /// A prismatic joint at displacement s and rate v, whose body turns at ω.
@@ -40,13 +40,13 @@ PointAt<Real> sweepOutwards(const Chain& chain, int first, int end, PointAt<Real
     const Joint& joint = chain.joints()[index(j)];
     if (isMixed && joint.isPrismatic) {
       const Vec2<Real> d = turn * Vec2<Real>{Real(joint.axis.x), Real(joint.axis.y)}, S = x[j - first] * d;
-      at.place += S;
+      at.position += S;
       at.velocity += mulAdd(rate, perp(S), rates[j - first] * d);
     }
     f(j, at);
     const Vec2d pin = chain.links()[index(j)].pin;
     const Vec2<Real> P = turn * Vec2<Real>{Real(pin.x), Real(pin.y)};
-    at.place += P;
+    at.position += P;
     at.velocity += rate * perp(P);
   }
   return at;

@@ -93,9 +93,9 @@ void print(int n, std::size_t runs, const std::array<std::string, 2>& ways, cons
 
 int main(int count, char** arguments) {
   // The numbers of the arguments, or 0.
-  const auto number = [&](int place, long absent) {
+  const auto number = [&](int k, long absent) {
     char* end = nullptr;
-    const long given = count > place ? std::strtol(arguments[place], &end, 10) : absent;
+    const long given = count > k ? std::strtol(arguments[k], &end, 10) : absent;
     return static_cast<int>((end && *end != '\0') || given > 1000000 ? 0 : given);
   };
   const int runs = number(1, 32), pairs = number(2, 11);

@@ -173,9 +173,9 @@ void measure(const Contest& contest, const Effort& effort, Point& point) {
 /// Measures another program in a process of its own: a crash of it costs this point only.
 void measureTurn(const Contest& contest, const Effort& effort, Point& point) {
   if (point.contestant->engine == "planar_chain") return measure(contest, effort, point);
-  void* const place = mmap(nullptr, sizeof point, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (place == MAP_FAILED) throw std::runtime_error("no memory to share");
-  auto* const shared = new (place) Point(point);
+  void* const memory = mmap(nullptr, sizeof point, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw std::runtime_error("no memory to share");
+  auto* const shared = new (memory) Point(point);
   const pid_t child = fork();
   if (child == 0) {
     measure(contest, effort, *shared);
@@ -188,7 +188,7 @@ void measureTurn(const Contest& contest, const Effort& effort, Point& point) {
   } else {
     fail(point, "refused", nan);
   }
-  munmap(place, sizeof point);
+  munmap(memory, sizeof point);
 }
 
 }  // namespace

@@ -45,15 +45,15 @@ class EnergyCheck {
   explicit EnergyCheck(const Scene& scene) : n_(scene.chain.size()) {
     use(scene.integrator);
     const Coordinates& coordinates = scene.chain.coordinates();
-    const double slid = scene.chain.reach();
-    double pin = coordinates.leading() > 0 ? slid : 0;
+    const double chainReach = scene.chain.reach();
+    double pin = coordinates.leading() > 0 ? chainReach : 0;
     for (int j = 0; j < n_; ++j) {
       const Link& link = scene.chain.links()[index(j)];
       const double reach = pin + length(link.com);
       inertia_ += link.mass * reach * reach + link.inertia;
       weight_ += link.mass * length(scene.chain.gravity()) * reach;
       inertia_ += inertiaIn(scene.chain.joints()[index(j)]);
-      const double unit = coordinates.isPrismatic(j) ? slid : 1;
+      const double unit = coordinates.isPrismatic(j) ? chainReach : 1;
       stiffness_ += unit * unit * stiffnessOf(scene.chain.joints()[index(j)]);
       const double farthest = pin + std::max(length(link.com), length(link.pin));
       stiffness_ += farthest * farthest * stiffnessOf(link);

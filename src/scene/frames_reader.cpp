@@ -28,7 +28,7 @@ int takeLink(const Section& in, const ChainNames* names) {
   return 0;
 }
 
-void takePlace(const Section& in, Vec2d& point, double& angle) {
+void takePointAndAngle(const Section& in, Vec2d& point, double& angle) {
   constexpr double farthest = 1e100;  // m: squares of it do not overflow
   if (in.take("point", "m", point); !(std::hypot(point.x, point.y) <= farthest)) {
     in.fault("point", "a place within 1e100 m of the inner pin");
@@ -53,7 +53,7 @@ std::vector<Frame> readFrames(const Section& top, const std::vector<Sensor>& sen
     Frame& frame = frames.emplace_back();
     frame.name = name;
     frame.link = takeLink(in, names);
-    takePlace(in, frame.point, frame.angle);
+    takePointAndAngle(in, frame.point, frame.angle);
   }
   return frames;
 }

@@ -18,7 +18,7 @@ void requireOwnFrame(const Section& in, const std::string& name, const PublishSe
 
 /// Takes the key `link`, a name. Returns its number, or 0.
 int takeLink(const Section& in, const ChainNames* names);
-/// Takes the keys `point` and `angle` of a place on a link.
-void takePlace(const Section& in, Vec2d& point, double& angle);
+/// Takes the keys `point` and `angle` of a frame on a link.
+void takePointAndAngle(const Section& in, Vec2d& point, double& angle);
 
 }  // namespace planar_chain

@@ -23,8 +23,8 @@ void takeFreeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   if (!isInUrdf) entry.joint.name = entry.link.name;
   takeName(joint, entry);
   const Section initial = in.section("initial", {"position", "linear_velocity", "angle", "velocity"});
-  initial.take("position", "m", entry.place);
-  initial.take("linear_velocity", "m/s", entry.placeRate);
+  initial.take("position", "m", entry.position);
+  initial.take("linear_velocity", "m/s", entry.linearVelocity);
   if (initial.take("angle", NumberRule::any("rad"), entry.q) &&
       std::abs(entry.q) > largestAngle(entry.joint)) {
     initial.fault("angle", anglesInWords(entry.joint));
@@ -59,12 +59,12 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   takeEffects(joint, entry.joint);
   entry.hasStopDamping = joint.has("stop_damping");
 
-  const char* place = isPrismatic ? "position" : "angle";
-  const Section initial = in.section("initial", {place, "velocity"});
+  const char* coordinate = isPrismatic ? "position" : "angle";
+  const Section initial = in.section("initial", {coordinate, "velocity"});
   const Joint complete = withStop(entry.joint);
-  if (initial.take(place, NumberRule::any(isPrismatic ? "m" : "rad"), entry.q) &&
+  if (initial.take(coordinate, NumberRule::any(isPrismatic ? "m" : "rad"), entry.q) &&
       std::abs(entry.q) > largestAngle(complete)) {
-    initial.fault(place, anglesInWords(complete));
+    initial.fault(coordinate, anglesInWords(complete));
   }
   initial.take("velocity", NumberRule::any(isPrismatic ? "m/s" : "rad/s"), entry.qd);
   if (!joint.has("drive")) return;

@@ -22,8 +22,8 @@ struct Entry {
   bool isSound = true;          ///< else there are faults in the names or the joint's type
   bool isCounted = true;        ///< else there is a fault in `repeat`
   bool hasStopDamping = false;  ///< true if the scene gives it, perhaps 0
-  bool floats = false;  ///< nothing holds the inner pin, which is at `place` and has the velocity `placeRate`
-  Vec2d place{}, placeRate{};
+  bool floats = false;          ///< nothing holds the inner pin, with this position and velocity
+  Vec2d position{}, linearVelocity{};
 };
 
 /// Reads the entry `name`.

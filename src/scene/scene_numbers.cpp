@@ -41,12 +41,12 @@ Value& valueAt(Value& root, const std::string& path) {
       throw Refused({{path, "a number of a list that the scene has", "nothing at " + quoted(above)}});
     }
     if (at->isNull()) *at = Value::Map{};
-    const double place = numberIn(key).value_or(-1);
+    const double number = numberIn(key).value_or(-1);
     if (Value::Map* map = at->map()) {
       at = &(*map)[key];
     } else if (Value::List* list = at->list();
-               list && place >= 0 && place < static_cast<double>(list->size())) {
-      at = &(*list)[static_cast<std::size_t>(place)];
+               list && number >= 0 && number < static_cast<double>(list->size())) {
+      at = &(*list)[static_cast<std::size_t>(number)];
     } else {
       throw Refused({{path, "a number of the scene", describe(*at) + " above " + quoted(key)}});
     }
@@ -86,7 +86,7 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
   // The scene with all these numbers. Those that it does not have are 1.
   Value complete = scene;
   std::vector<Fault> refused;
-  std::vector<std::string> places;
+  std::vector<std::string> found;
   for (const std::string& path : paths) {
     try {
       Value& value = valueAt(complete, path);
@@ -94,7 +94,7 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
         throw Refused({{path, "the path of a number", value.map() ? "that of a map" : "that of a list"}});
       }
       if (!numberIn(value)) value = 1;
-      places.push_back(path);
+      found.push_back(path);
     } catch (const Refused& fault) {
       refused.insert(refused.end(), fault.faults().begin(), fault.faults().end());
     }
@@ -108,7 +108,7 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
   }
 
   // A number has no fault above it, and is looked for. Other faults of its value may pass.
-  for (const std::string& path : places) {
+  for (const std::string& path : found) {
     const bool isNumber = numbers.count(path) > 0;
     const auto why = std::find_if(faults.begin(), faults.end(), [&](const Fault& fault) {
       return isWithin(path, fault.path) && !(isNumber && fault.path == path);

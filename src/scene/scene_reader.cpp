@@ -56,8 +56,8 @@ void appendFreeAxes(const Entry& entry, Expanded& to) {
     to.entryOf.emplace(free.link.name, entry.link.name);
     to.links.push_back(std::move(free.link));
     to.joints.push_back(std::move(free.joint));
-    to.q.push_back(axis == 0 ? entry.place.x : entry.place.y);
-    to.qd.push_back(axis == 0 ? entry.placeRate.x : entry.placeRate.y);
+    to.q.push_back(axis == 0 ? entry.position.x : entry.position.y);
+    to.qd.push_back(axis == 0 ? entry.linearVelocity.x : entry.linearVelocity.y);
   }
 }
 
@@ -287,11 +287,11 @@ static void throwAny(std::vector<Fault>& faults, const Value& value) {
   for (Fault& fault : faults) {
     if (fault.line == 0) fault.line = lineAt(value, fault.path);
   }
-  const auto place = [](const Fault& fault) {
+  const auto order = [](const Fault& fault) {
     return std::pair(fault.path.rfind("robot_description", 0) != 0, fault.line);
   };
   std::stable_sort(faults.begin(), faults.end(),
-                   [&](const Fault& a, const Fault& b) { return place(a) < place(b); });
+                   [&](const Fault& a, const Fault& b) { return order(a) < order(b); });
   if (!faults.empty()) throw Refused(std::move(faults));
 }
 

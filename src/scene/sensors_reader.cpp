@@ -95,7 +95,7 @@ AxesErrors readErrors(const Section& in, const std::string& of, const std::strin
 Imu readImu(const Section& in, const ChainNames* names) {
   Imu imu;
   imu.link = takeLink(in, names);
-  takePlace(in, imu.point, imu.angle);
+  takePointAndAngle(in, imu.point, imu.angle);
   imu.gyro = readErrors(in, "gyro", "rad/s");
   imu.specific = readErrors(in, "accelerometer", "m/s²");
   return imu;

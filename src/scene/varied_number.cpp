@@ -10,7 +10,7 @@ namespace {
 
 /// A difference of sixth order: on both sides of the number, or on one side if the other has no values.
 struct Difference {
-  std::vector<int> places;
+  std::vector<int> steps;
   std::vector<double> weights;
 };
 const std::vector<Difference>& differences() {
@@ -21,7 +21,7 @@ const std::vector<Difference>& differences() {
         {{-3, -2, -1, 1, 2, 3}, {-1. / 60, 9. / 60, -45. / 60, 45. / 60, -9. / 60, 1. / 60}},
         {{0, 1, 2, 3, 4, 5, 6}, oneSided}};
     made.push_back(made.back());
-    for (int& place : made.back().places) place = -place;
+    for (int& step : made.back().steps) step = -step;
     for (double& weight : made.back().weights) weight = -weight;
     return made;
   }();
@@ -43,9 +43,9 @@ VariedNumber variedNumber(const Value& scene, const std::string& path) {
   for (const Difference& difference : differences()) {
     VariedNumber varied{path, size, {}, {}};
     try {
-      for (const int place : difference.places) {
+      for (const int steps : difference.steps) {
         Value near = scene;
-        setNumber(near, path, *number + place * step);
+        setNumber(near, path, *number + steps * step);
         varied.scenes.push_back(readScene(near));
       }
     } catch (const Refused& refused) {

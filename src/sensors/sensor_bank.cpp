@@ -85,7 +85,7 @@ void SensorBank::take(const std::vector<double>& q, const LinkMotion* motions) {
 void SensorBank::dropAfter(double t) {
   for (Unit& unit : units_) {
     while (unit.next > unit.made && unit.timeOf(unit.next - 1) > t) --unit.next;
-    unit.values.resize(unit.placeOf(unit.next));
+    unit.values.resize(unit.offsetOf(unit.next));
   }
 }
 
@@ -103,7 +103,7 @@ void SensorBank::confirm() {
 }
 
 void SensorBank::addErrors(Unit& unit) {
-  auto value = unit.values.begin() + static_cast<std::ptrdiff_t>(unit.placeOf(unit.made));
+  auto value = unit.values.begin() + static_cast<std::ptrdiff_t>(unit.offsetOf(unit.made));
   const auto random = [&](std::size_t component, std::uint32_t use) {
     return normal(unit.key, unit.made, static_cast<std::uint32_t>(component), use);
   };

@@ -57,7 +57,7 @@ class SensorBank {
     std::vector<double> wander{};              ///< w
 
     double timeOf(long long k) const { return static_cast<double>(k) / sensor->rate; }
-    std::size_t placeOf(long long k) const { return static_cast<std::size_t>(k - oldest) * width; }
+    std::size_t offsetOf(long long k) const { return static_cast<std::size_t>(k - oldest) * width; }
     void dropOldest();
   };
 

@@ -133,16 +133,16 @@ template <int count, class Index>
           shuffled(low, high, [](int s) { return 2 * s + 1; })};
 }
 
-/// Returns the place of number i of the pairs: pairs 0, 2 … in the first register, 1, 3 … in the second.
-constexpr int placeInPairs(int i) {
+/// Returns the index of number i of the pairs: pairs 0, 2 … in the first register, 1, 3 … in the second.
+constexpr int indexInPairs(int i) {
   return i / 2 % 2 * laneCount + i / 4 * 2 + i % 2;
 }
 
 [[gnu::always_inline]] inline void storePairs(double* to, Vec2p pairs) {
   const Pack even = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2; });
   const Pack odd = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2 + 1; });
-  shuffled(even, odd, [](int s) { return placeInPairs(s); }).store(to);
-  shuffled(even, odd, [](int s) { return placeInPairs(laneCount + s); }).store(to + laneCount);
+  shuffled(even, odd, [](int s) { return indexInPairs(s); }).store(to);
+  shuffled(even, odd, [](int s) { return indexInPairs(laneCount + s); }).store(to + laneCount);
 }
 
 [[gnu::always_inline]] inline bool all(Integers mask) {

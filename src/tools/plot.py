@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Draws a motion: angles, rates, torques, energy and the phase portrait. --strobe draws the chain itself at several instants, --movie as a
-picture that moves. Of many runs it draws the angles at the end and their spread.
+picture that moves. For many runs it draws the angles at the end and their spread.
 
 FILE is a CSV of `simulate --csv` or of `sweep`, or a bag of `simulate --bag` or rosbag record. A bag needs joint_states; energy and
 error come from the node's ~status. Panels without data are left out."""

@@ -117,7 +117,7 @@ def label_axis(axis, label, unit):
 
 
 def give_height(limits, least):
-    """Of the interval of an axis."""
+    """Widens the interval of an axis to this height at least."""
     low, high = limits
     least = max(least, STILL * max(abs(low), abs(high))) if least else 0
     return ((low + high - least) / 2, (low + high + least) / 2) if high - low < least else (low, high)

@@ -70,7 +70,7 @@ class Motion:
         return np.insert(np.array([self.t, q, self.qd[:, j], effort]), sorted(breaks), np.nan, axis=1)
 
     def broken(self, t, values):
-        """The same for values at other times."""
+        """The curve of values at other times, with gaps where lines must not join them."""
         places = np.searchsorted(t, [(self.t[k - 1] + self.t[k]) / 2 for k in sorted(self.events)])
         return np.insert(t, places, np.nan), np.insert(values, places, np.nan)
 
@@ -172,8 +172,8 @@ def events_of(stamps, statuses, taken):
 
 
 def since_jump(messages):
-    """As they were published: rosbag sorts by the time of receipt, which goes back with the clock. Of a motion whose clock went back, what
-    came after that."""
+    """The messages as they were published: rosbag sorts by the time of receipt, which goes back with the clock. If the clock went back,
+    only those after that."""
     if len({message.header.seq for message in messages}) == len(messages):
         messages = sorted(messages, key=lambda message: message.header.seq)
     stamps = [message.header.stamp for message in messages]

@@ -58,8 +58,8 @@ class Runs:
 
 
 def scatter(panel, x, y, shade, colour):
-    """A point for each run, coloured by `shade` unless that is None. Of many runs that are no grid, cells that are the darker the more lie
-    in them. Returns what a bar of colours shows, or None; and True if they are cells."""
+    """A point for each run, coloured by `shade` unless that is None. Many runs that are no grid become cells: the more runs, the darker.
+    Returns what a bar of colours shows, or None; and True if they are cells."""
     is_grid = shade is not None and len(np.unique(shade)) < GRID * len(x)
     if not (len(x) <= MANY or is_grid or np.ptp(x) == 0 or np.ptp(y) == 0):
         return panel.hexbin(x, y, gridsize=CELLS, mincnt=1, bins="log", cmap="viridis_r", linewidths=0), True

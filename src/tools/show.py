@@ -210,15 +210,15 @@ def relay_texts(nodes, scenes, centre, half):
         frame = prefix_of(node, scenes[k]) + scenes[k].get('publish', {}).get('base_frame', 'base_link')
 
         def take(array):
-            places = [marker.pose.position for marker in array.markers]
-            left, lowest = min(place.x for place in places), min(place.y for place in places)
+            positions = [marker.pose.position for marker in array.markers]
+            left, lowest = min(position.x for position in positions), min(position.y for position in positions)
             name = copy.deepcopy(array.markers[0])
-            name.id, name.text = len(places), node
-            for marker, place in zip(array.markers, places):
-                place.x = centre[0] - dx - ASPECT * half + 5 * size + (place.x - left) * size / marker.scale.z
-                place.y = centre[1] - dy - half + (1 + 8 * k + (place.y - lowest) / marker.scale.z) * size
-            name.pose.position.x = max(place.x for place in places) / 2 + min(place.x for place in places) / 2
-            name.pose.position.y = max(place.y for place in places) + 1.1 * size
+            name.id, name.text = len(positions), node
+            for marker, position in zip(array.markers, positions):
+                position.x = centre[0] - dx - ASPECT * half + 5 * size + (position.x - left) * size / marker.scale.z
+                position.y = centre[1] - dy - half + (1 + 8 * k + (position.y - lowest) / marker.scale.z) * size
+            name.pose.position.x = max(position.x for position in positions) / 2 + min(position.x for position in positions) / 2
+            name.pose.position.y = max(position.y for position in positions) + 1.1 * size
             array.markers.append(name)
             for marker in array.markers:
                 marker.scale.z, marker.header.frame_id = size, frame

@@ -93,7 +93,7 @@ class Values(InFolder):
             self.assert_lean(text, library, state)
 
     def test_sines_in_c(self):
-        """Of near and far angles; compilers that may reorder sums must not break the rounding."""
+        """Sines of near and far angles; compilers that may reorder sums must not break the rounding."""
         with open(self.path("it.c"), "w", encoding="utf-8") as file:
             file.write(c_code(formulas(Scene.from_file("double_pendulum")).with_numbers(), "it", "rods", False))
         rng = np.random.default_rng(1)

@@ -42,7 +42,7 @@ class Plot(PlotTool):
         np.testing.assert_array_equal(np.column_stack([read.t, read.q, read.qd]), rows[:, :-1])
         np.testing.assert_array_equal(read.energy[1]["T + V, less that of the start"], rows[:, -1] - rows[0, -1])
 
-        # The same motion, at the bag's own rate.
+        # The bag has that motion at its own rate.
         shift = recorded.t + 0.01 * np.argmin(abs(rows[:, 1] - recorded.q[0, 0]))
         for j in range(3):
             np.testing.assert_allclose(np.interp(shift, rows[:, 0], rows[:, 1 + j]), recorded.q[:, j], atol=2e-2)

@@ -27,7 +27,7 @@ class Modes:
     shapes       n × k: relative q of all joints, rad or m; the largest is 1. Complex if joints swing out of phase
     kinds        "oscillates"; "unstable": grows; "overdamped" or, without dampers, "decays": a pole s < 0, without oscillation;
                  "free": a motion that nothing brings back, s = 0
-    poles        s, k, 1/s. Of a pair only that with Im s > 0
+    poles        s, k, 1/s. A pair has only the one with Im s > 0
     joints       names of the n joints"""
 
     def __init__(self, q, tau, joints, poles, shapes, is_damped):

@@ -98,7 +98,7 @@ class Plant:
         self.ways = self._ways()
 
     def _ways(self):
-        """Of the base's angle and each joint: the first link that it moves; O or None; d or None."""
+        """For the base's angle and each joint, the first link that it moves; O or None; d or None."""
         origins = [self.motion(i, [0, 0])[..., :2] for i in range(self.n)]
         ways = []
         for i, (is_prismatic, axis) in enumerate(zip(self.scene.prismatic, self.scene.axes)):
@@ -126,12 +126,12 @@ class Plant:
 
     @staticmethod
     def gradient(G, order, axis):
-        """Of a derivative of x, y or angle."""
+        """The gradients of a derivative of x, y or angle."""
         return np.array([math.comb(order, k) * G[order - k, axis] if k <= order else 0 * G[0, axis] for k in range(3)])
 
     @functools.cached_property
     def inertia(self):
-        """Of each link: m, m and I; the gradients of its acceleration, x, y, angle."""
+        """For each link m, m and I; the gradients of its acceleration, x, y, angle."""
         return [(np.array([m, m, I]), np.array([self.gradient(self.at(link, link, com)[1], 2, axis) for axis in range(3)]))
                 for link, (m, I, com) in enumerate(zip(self.scene.masses, self.scene.inertias, self.scene.coms))]
 

@@ -22,7 +22,7 @@ class CountedSystem : public ode::SeriesSystem {
   void toLaneOrder(const double* y, double* laneOrdered) const override { f_.toLaneOrder(y, laneOrdered); }
   void toChainOrder(const double* laneOrdered, double* y) const override { f_.toChainOrder(laneOrdered, y); }
   int positions() const override { return f_.positions(); }
-  int places() const override { return f_.places(); }
+  int firstRate() const override { return f_.firstRate(); }
   void rates(double t, const double* y, double* out) override {
     ++evaluations;
     f_.rates(t, y, out);

@@ -18,9 +18,9 @@ bool agreed = true;
 /// Returns the peer of a kind and length. It is made at the first call, because some take seconds.
 Peer* peerOf(const PeerKind& kind, int n) {
   static std::map<std::pair<std::string, int>, std::unique_ptr<Peer>> made;
-  const auto [place, isNew] = made.try_emplace({kind.name, n});
-  if (isNew) place->second = kind.make(rods(n));
-  return place->second.get();
+  const auto [entry, isNew] = made.try_emplace({kind.name, n});
+  if (isNew) entry->second = kind.make(rods(n));
+  return entry->second.get();
 }
 
 std::vector<double> accelerations(const PeerKind& kind, const Posture& posture) {

@@ -65,7 +65,7 @@ inline bool hasFixedTip(const Scene& scene) {
   return !scene.tip || (!scene.tip->line && !scene.tip->moves());
 }
 
-inline Vec2d tipPlace(const Scene& scene) {
+inline Vec2d tipPosition(const Scene& scene) {
   return {scene.tip->x.at(0).value, scene.tip->y.at(0).value};
 }
 

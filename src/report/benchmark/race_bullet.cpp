@@ -30,8 +30,8 @@ class BulletRun : public NativeRun {
       body_->setJointVel(i, contest.scene.qd[static_cast<std::size_t>(i)]);
     }
     btAlignedObjectArray<btQuaternion> turns;
-    btAlignedObjectArray<btVector3> places;
-    body_->forwardKinematics(turns, places);
+    btAlignedObjectArray<btVector3> positions;
+    body_->forwardKinematics(turns, positions);
     world_.addMultiBody(body_.get());
     if (contest.scene.tip) hold(contest.scene);
   }
@@ -53,7 +53,7 @@ class BulletRun : public NativeRun {
 
  private:
   void hold(const Scene& scene) {
-    const Vec2d place = tipPlace(scene);
+    const Vec2d position = tipPosition(scene);
     const Link& last = scene.chain.links().back();
     // Constraints of links without a collider are not solved. This one collides with nothing.
     collider_ = std::make_unique<btMultiBodyLinkCollider>(body_.get(), scene.chain.size() - 1);
@@ -62,7 +62,7 @@ class BulletRun : public NativeRun {
     body_->getLink(scene.chain.size() - 1).m_collider = collider_.get();
     tip_ = std::make_unique<btMultiBodyPoint2Point>(
         body_.get(), scene.chain.size() - 1, &ground_,
-        btVector3(last.pin.x - last.com.x, last.pin.y - last.com.y, 0), btVector3(place.x, place.y, 0));
+        btVector3(last.pin.x - last.com.x, last.pin.y - last.com.y, 0), btVector3(position.x, position.y, 0));
     tip_->setMaxAppliedImpulse(1e100);
     world_.addMultiBodyConstraint(tip_.get());
     world_.getSolverInfo().m_numIterations = 1000;

@@ -18,7 +18,7 @@ class MujocoRun : public NativeRun {
     model_->opt.integrator = integrator;
     model_->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_LIMIT | mjDSBL_FRICTIONLOSS;
     if (contest.scene.tip) {
-      connect(tipPlace(contest.scene));
+      connect(tipPosition(contest.scene));
     } else {
       model_->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_EQUALITY;
     }
@@ -40,10 +40,10 @@ class MujocoRun : public NativeRun {
   double qd(int i) const override { return data_->qvel[i]; }
 
  private:
-  void connect(Vec2d place) {
+  void connect(Vec2d position) {
     constexpr double hardest = 0.9999;  // mjMAXIMP
-    model_->eq_data[3] = place.x;
-    model_->eq_data[4] = place.y;
+    model_->eq_data[3] = position.x;
+    model_->eq_data[4] = position.y;
     model_->eq_solimp[0] = model_->eq_solimp[1] = hardest;
     model_->eq_solref[0] = -1 / (h() * h());  // stiffness and damping: half or twice as much is worse
     model_->eq_solref[1] = -2 / h();

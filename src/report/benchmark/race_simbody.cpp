@@ -76,11 +76,11 @@ class SimbodyRun : public tools::Run {
  private:
   /// By a plane for each direction: a Ball's third condition would be that the motion is plane.
   void hold(const Scene& scene) {
-    const Vec2d place = tipPlace(scene);
+    const Vec2d position = tipPosition(scene);
     const Link& last = scene.chain.links().back();
     const SimTK::Vec3 pin(last.pin.x - last.com.x, last.pin.y - last.com.y, 0);
-    SimTK::Constraint::PointInPlane(matter_.updGround(), SimTK::XAxis, place.x, bodies_.back(), pin);
-    SimTK::Constraint::PointInPlane(matter_.updGround(), SimTK::YAxis, place.y, bodies_.back(), pin);
+    SimTK::Constraint::PointInPlane(matter_.updGround(), SimTK::XAxis, position.x, bodies_.back(), pin);
+    SimTK::Constraint::PointInPlane(matter_.updGround(), SimTK::YAxis, position.y, bodies_.back(), pin);
   }
 
   Coordinates coordinates_;

@@ -90,14 +90,14 @@ struct SolverAt {
       : at(n, crooked(n)),
         real(at.scene.chain, inSegments, simd::kernelFor(n, {})),
         complex(real),
-        places(inSegments ? at.dynamics.sizeInLaneOrder() / 2 : n) {
+        paddedSize(inSegments ? at.dynamics.sizeInLaneOrder() / 2 : n) {
     at.dynamics.derivative(0, at.y.data(), at.dydt.data());
     at.dynamics.toLaneOrder(at.dydt.data(), at.laneOrderedRates.data());
     const double* y = inSegments ? at.laneOrderedY.data() : at.y.data();
     const double* dydt = inSegments ? at.laneOrderedRates.data() : at.dydt.data();
-    std::vector<Rotation<double>> e(static_cast<std::size_t>(places));
-    rotations(y, e.data(), places);
-    real.linearize(e.data(), y + places, dydt + places, nullptr, nullptr);
+    std::vector<Rotation<double>> e(static_cast<std::size_t>(paddedSize));
+    rotations(y, e.data(), paddedSize);
+    real.linearize(e.data(), y + paddedSize, dydt + paddedSize, nullptr, nullptr);
   }
   LinearizedSegments<Scalar>& solver() {
     if constexpr (std::is_same_v<Scalar, Complex>)
@@ -109,7 +109,7 @@ struct SolverAt {
   MovingRods at;
   LinearizedSegments<double> real;
   LinearizedSegments<Complex> complex;
-  int places;
+  int paddedSize;
 };
 
 template <class Scalar, bool inSegments>
@@ -123,11 +123,11 @@ void registerSolver(const std::string& kind, const std::string& how, int n) {
       nameOf("solver", kind + "solve " + how, n).c_str(), [n](benchmark::State& state) {
         SolverAt<Scalar, inSegments> at(n);
         at.solver().factor(shift<Scalar>);
-        Sides<Scalar> sides(2 * at.places);
+        Sides<Scalar> sides(2 * at.paddedSize);
         const Scalar* rhs = sides.rhs.data();
         Scalar* x = sides.x.data();
-        const int places = at.places;
-        repeat(state, n, [&] { at.solver().solve(rhs, rhs + places, x, x + places); });
+        const int paddedSize = at.paddedSize;
+        repeat(state, n, [&] { at.solver().solve(rhs, rhs + paddedSize, x, x + paddedSize); });
       });
 }
 

@@ -43,14 +43,14 @@ class Stepped {
 /// Evaluations and solves of one step, on average; counted once.
 const benchmark::UserCounters& callsOf(const std::string& method, int n) {
   static std::map<std::pair<std::string, int>, benchmark::UserCounters> counted;
-  const auto [place, isNew] = counted.try_emplace({method, n});
-  if (!isNew) return place->second;
+  const auto [entry, isNew] = counted.try_emplace({method, n});
+  if (!isNew) return entry->second;
   MovingRods at(n, crooked(n));
   CountedSystem f(at.dynamics);
   Stepped stepped(method, n, f, at);
   const CountedSystem before = f;
   for (int k = 0; k < stepsCounted; ++k) stepped.step();
-  const auto add = [&, &counters = place->second](const char* what, long long CountedSystem::*calls) {
+  const auto add = [&, &counters = entry->second](const char* what, long long CountedSystem::*calls) {
     counters[what] = static_cast<double>(f.*calls - before.*calls) / stepsCounted;
   };
   add("evaluations", &CountedSystem::evaluations);
@@ -59,7 +59,7 @@ const benchmark::UserCounters& callsOf(const std::string& method, int n) {
   add("solves", &CountedSystem::solves);
   add("complex_factors", &CountedSystem::complexFactors);
   add("complex_solves", &CountedSystem::complexSolves);
-  return place->second;
+  return entry->second;
 }
 
 /// Evaluations that each wait for the one before: the address of the next state depends on its result.

@@ -240,10 +240,10 @@ class OfflineNode : public Bags {
 
   void tick(long long k) override {
     const std::vector<std::uint64_t>& known = recorded_.ticks;
-    const auto place = std::lower_bound(known.begin(), known.end(), static_cast<std::uint64_t>(k));
-    const bool isKnown = place != known.end() && *place == static_cast<std::uint64_t>(k);
+    const auto entry = std::lower_bound(known.begin(), known.end(), static_cast<std::uint64_t>(k));
+    const bool isKnown = entry != known.end() && *entry == static_cast<std::uint64_t>(k);
     if (left_.empty() && isKnown && simulation_.fault().empty() &&
-        recorded_.digests[static_cast<std::size_t>(place - known.begin())] !=
+        recorded_.digests[static_cast<std::size_t>(entry - known.begin())] !=
             digestOf(simulation_.q(), simulation_.qd())) {
       leave(k);
     }

@@ -83,15 +83,15 @@ bool isInside(const Chain& chain, int joint) {
 
 Range railOf(const Scene& scene, int slider, double links) {
   const Joint& joint = scene.chain.joints()[index(slider)];
-  Range places{scene.q[index(slider)], scene.q[index(slider)]};
+  Range range{scene.q[index(slider)], scene.q[index(slider)]};
   for (const Drive& drive : scene.drives) {
-    if (drive.joint == slider) places = rangeOf(drive.law);
+    if (drive.joint == slider) range = rangeOf(drive.law);
   }
-  const bool ends = places.from - joint.lower <= farLimit * links;
-  const bool endsAbove = joint.upper - places.to <= farLimit * links;
+  const bool ends = range.from - joint.lower <= farLimit * links;
+  const bool endsAbove = joint.upper - range.to <= farLimit * links;
   const double free = links * (isInside(scene.chain, slider) ? freeInside : freeLength);
-  return {ends ? std::fmin(joint.lower, places.from) : places.from - free,
-          endsAbove ? std::fmax(joint.upper, places.to) : places.to + free};
+  return {ends ? std::fmin(joint.lower, range.from) : range.from - free,
+          endsAbove ? std::fmax(joint.upper, range.to) : range.to + free};
 }
 
 double travelOf(const Scene& scene, int slider, double links) {

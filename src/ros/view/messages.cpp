@@ -100,9 +100,9 @@ geometry_msgs::WrenchStamped& Messages::tipWrench(ros::Time stamp) {
 tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
   const Chain& chain = simulation_.scene().chain;
   auto transform = transforms_.transforms.begin();
-  const auto set = [&](Vec2d place, double angle) {
+  const auto set = [&](Vec2d position, double angle) {
     transform->header.stamp = stamp;
-    copy(place, transform->transform.translation);
+    copy(position, transform->transform.translation);
     transform->transform.rotation.z = std::sin(angle / 2);
     transform->transform.rotation.w = std::cos(angle / 2);
     ++transform;
@@ -120,20 +120,20 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
   int i = 0;
   for (const int framed : framed_) {
     // Go from the frame before to this one, link by link.
-    Vec2d place;
+    Vec2d position;
     double angle = 0;
     for (; i <= framed; ++i) {
       const auto turn = Rotation<double>::of(angle);
       const Joint& joint = chain.joints()[index(i)];
       const double q = simulation_.q()[index(i)];
-      if (i > 0) place += turn * chain.links()[index(i - 1)].pin;
+      if (i > 0) position += turn * chain.links()[index(i - 1)].pin;
       if (joint.isPrismatic) {
-        place += turn * (q * joint.axis);
+        position += turn * (q * joint.axis);
       } else {
         angle += q;
       }
     }
-    set(place, angle);
+    set(position, angle);
   }
   return transforms_;
 }

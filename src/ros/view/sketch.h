@@ -24,7 +24,7 @@ using Colour = std_msgs::ColorRGBA;
 /// Each component is in 0 … 1.
 Colour colour(double red, double green, double blue, double alpha = 1);
 
-/// The place of a link frame in the base frame.
+/// The pose of a link frame in the base frame.
 struct Pose {
   Vec2d origin;  ///< m
   Rotation<double> turn;

@@ -36,7 +36,7 @@ constexpr double fullTurn = 5;           // rad, of the arrow of Drawing::torque
 constexpr double leastDrawn = 0.005;     // share of Drawing's force or torque
 constexpr double trailTime = 2;          // s
 constexpr double trailRate = 100;        // Hz, at most
-constexpr int newest = 4;                // places of the trail that move with the last link
+constexpr int newest = 4;                // points of the trail that move with the last link
 constexpr int mostPins = 4096;           // of a drawn chain; rviz ends lines after 16384
 constexpr double leastRemaining = 1e-9;  // s: a command that lasts no longer is not drawn
 
@@ -269,9 +269,9 @@ void Views::drawLimits(Sketch& sketch) {
       if (!std::isfinite(limit)) continue;
       const Vec2d along = joint.isPrismatic ? joint.axis : Rotation<double>::of(zero + limit) * Vec2d{1, 0};
       const Vec2d mark = joint.isPrismatic ? railMark / 2 * bar * perp(along) : limitRadius * bar * along;
-      const Vec2d place = joint.isPrismatic ? limit * along : Vec2d{};
-      inside(sketch, i).band(place + (joint.isPrismatic ? -1 : limitInner / limitRadius) * mark, place + mark,
-                             limitWidth * bar, limitWidth * bar, yellow);
+      const Vec2d middle = joint.isPrismatic ? limit * along : Vec2d{};
+      inside(sketch, i).band(middle + (joint.isPrismatic ? -1 : limitInner / limitRadius) * mark,
+                             middle + mark, limitWidth * bar, limitWidth * bar, yellow);
     }
     if (joint.isPrismatic || !std::isfinite(joint.upper - joint.lower)) continue;
     const double sweep = std::fmin(joint.upper - joint.lower, 2 * pi);
@@ -295,8 +295,8 @@ void Views::drawTrail(Sketch& sketch) {
   // Draw a line that fades with age.
   if (trail_.size() < 2) return;
   sketch.on(Sketch::base);
-  for (const auto& [time, place] : trail_) {
-    sketch.corner(place, colour(0.55, 0.8, 1, 0.8 * (1 - (now - time) / trailTime)));
+  for (const auto& [time, point] : trail_) {
+    sketch.corner(point, colour(0.55, 0.8, 1, 0.8 * (1 - (now - time) / trailTime)));
   }
 
   // rviz shows a marker a frame later than the links. The newest part moves with the last link, up to the
@@ -306,8 +306,8 @@ void Views::drawTrail(Sketch& sketch) {
   const Rotation<double> back{pose.turn.c, -pose.turn.s};
   sketch.on(last);
   int count = 0;
-  for (auto place = trail_.rbegin(); place != trail_.rend() && count < newest; ++place, ++count) {
-    sketch.corner(back * (place->second - pose.origin), colour(0.55, 0.8, 1, 0.8));
+  for (auto point = trail_.rbegin(); point != trail_.rend() && count < newest; ++point, ++count) {
+    sketch.corner(back * (point->second - pose.origin), colour(0.55, 0.8, 1, 0.8));
   }
 }
 

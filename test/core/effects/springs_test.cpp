@@ -81,7 +81,7 @@ TEST_P(SpringsOf, AreTheSameInLaneOrder) {
   for (const simd::Kernel* kernel : simd::kernels()) {
     const LaneOrder order(chain_.size(), kernel->lanes);
     const auto laneOrdered = [&](const std::vector<double>& values) {
-      std::vector<double> all(static_cast<std::size_t>(order.places()));
+      std::vector<double> all(static_cast<std::size_t>(order.paddedSize()));
       order.toLaneOrder(values.data(), all.data());
       return all;
     };

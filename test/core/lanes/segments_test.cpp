@@ -63,22 +63,22 @@ TEST(Rotations, AreExactToAnUlpOrSoForAnyAngle) {
 }
 
 /// Where body j stands among the segments, side by side.
-std::size_t placeOf(std::size_t j, const LaneOrder& order) {
+std::size_t laneIndexOf(std::size_t j, const LaneOrder& order) {
   const auto steps = static_cast<std::size_t>(order.steps()), lanes = static_cast<std::size_t>(order.lanes());
   return j % steps * lanes + j / steps;
 }
 
 template <class T>
 std::vector<T> laneOrdered(const std::vector<T>& values, const LaneOrder& order, T beyond = {}) {
-  std::vector<T> all(static_cast<std::size_t>(order.places()), beyond);
-  for (std::size_t j = 0; j < values.size(); ++j) all[placeOf(j, order)] = values[j];
+  std::vector<T> all(static_cast<std::size_t>(order.paddedSize()), beyond);
+  for (std::size_t j = 0; j < values.size(); ++j) all[laneIndexOf(j, order)] = values[j];
   return all;
 }
 
 template <class T>
 std::vector<T> restored(const T* all, std::size_t n, const LaneOrder& order) {
   std::vector<T> values;
-  for (std::size_t j = 0; j < n; ++j) values.push_back(all[placeOf(j, order)]);
+  for (std::size_t j = 0; j < n; ++j) values.push_back(all[laneIndexOf(j, order)]);
   return values;
 }
 
@@ -86,11 +86,11 @@ TEST(LaneOrder, PutsSegmentsSideBySide) {
   for (const simd::Kernel* kernel : simd::kernels()) {
     for (const int n : {1, 2, 3, 4, 5, 7, 8, 9, 13, 31, 63, 64, 65, 100, 127, 129, 1000, 1024, 4096}) {
       const LaneOrder order(n, kernel->lanes);
-      ASSERT_GE(order.places(), n);
+      ASSERT_GE(order.paddedSize(), n);
       std::vector<double> values;
       std::vector<Vec2d> vectors;
       for (int j = 1; j <= n; ++j) values.push_back(j), vectors.push_back({1.0 * j, -2.0 * j});
-      std::vector<double> there(static_cast<std::size_t>(order.places()) + 1, std::nan("")),
+      std::vector<double> there(static_cast<std::size_t>(order.paddedSize()) + 1, std::nan("")),
           back(values.size() + 1, -1);
       order.toLaneOrder(values.data(), there.data());
       ASSERT_TRUE(std::isnan(there.back())) << "written too far";
@@ -389,14 +389,14 @@ std::vector<Scalar> solution(LinearizedSegments<double>& real, LinearizedSegment
   const auto half = static_cast<std::ptrdiff_t>(n);
   std::vector<Scalar> x = laneOrdered(std::vector<Scalar>(side.begin(), side.begin() + half), order);
   const std::vector<Scalar> rates = laneOrdered(std::vector<Scalar>(side.begin() + half, side.end()), order);
-  const std::size_t places = x.size();
+  const std::size_t paddedSize = x.size();
   x.insert(x.end(), rates.begin(), rates.end());
   std::vector<Scalar> apart(inPlace ? 0 : x.size());
   Scalar* to = inPlace ? x.data() : apart.data();
-  solver.solve(x.data(), x.data() + places, to, to + places);
+  solver.solve(x.data(), x.data() + paddedSize, to, to + paddedSize);
   std::vector<Scalar> found = restored(to, n, order);
-  EXPECT_EQ(laneOrdered(found, order), std::vector<Scalar>(to, to + places)) << "0 beyond the end";
-  const std::vector<Scalar> v = restored(to + places, n, order);
+  EXPECT_EQ(laneOrdered(found, order), std::vector<Scalar>(to, to + paddedSize)) << "0 beyond the end";
+  const std::vector<Scalar> v = restored(to + paddedSize, n, order);
   found.insert(found.end(), v.begin(), v.end());
   return found;
 }

@@ -89,7 +89,7 @@ void compareAll(double forces, bool tips, double tolerance) {
 // The dense road has 19 digits, so this is the recursion's rounding, largest for small s where s·1 − J may be
 // nearly singular, and beside tips whose rows hold nearly all that can move.
 
-TEST(GeneralLinearized, InvertsTheJacobianWhereForcesDependOnPlaceAndVelocity) {
+TEST(GeneralLinearized, InvertsTheJacobianWhereForcesDependOnPositionAndVelocity) {
   compareAll<3>(1, true, 1e-9);
 }
 

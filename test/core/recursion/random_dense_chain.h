@@ -1,7 +1,7 @@
 #pragma once
 
-/// Random chains with joints of any kind, whose forces depend on place and velocity, and the recursion's view
-/// of them.
+/// Random chains with joints of any kind, whose forces depend on position and velocity, and the recursion's
+/// view of them.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace planar_chain::test {
 /// Chains of these are drawn: shares of joints that have armatures, are prescribed, are prismatic.
 struct Kind {
   double armatures, prescribed, springs;
-  double forces = 1;  ///< 0: none that depends on place or velocity
+  double forces = 1;  ///< 0: none that depends on position or velocity
   double prismatic = 0;
   int rows = 0;         ///< of the tip
   bool isFree = false;  ///< begins with two prismatic joints without mass
@@ -292,7 +292,7 @@ struct AtState {
 };
 
 /// Calls check(chain, seed) with random chains of every kind and length. forces: 0, none that depends on
-/// place or velocity. tips: false if all are free.
+/// position or velocity. tips: false if all are free.
 template <class Check>
 void forAllKinds(double forces, const Check& check, bool tips = true) {
   unsigned seed = 0;

@@ -114,7 +114,7 @@ class Places:
 
 
 def spans_of(body, q):
-    """Of each joint: to its limits, but not far beyond where the motion gets; to there without limits."""
+    """The range of each joint: to its limits, but not far beyond those of the motion; without limits, that of the motion."""
     low, high = np.minimum(q.min(axis=0), 0), np.maximum(q.max(axis=0), 0)
     limits = np.where(np.isnan(body.limits), np.column_stack([low, high]), body.limits)
     return np.clip(limits, (low - body.reach)[:, np.newaxis], (high + body.reach)[:, np.newaxis])

@@ -14,7 +14,7 @@ LARGEST = 1.5 * np.pi  # rad: the arc of the largest torque
 TURNS = 7            # of a coil
 FREE = 0.06          # of the picture's size, on each side of what is drawn
 
-# Of each kind of line: its name in a legend, or "", and how it is drawn. Without a colour it has that of its pose.
+# For each kind of line its name in a legend, or "", and how it is drawn. Without a colour it has that of its pose.
 STYLES = {
     "rails": ("", {"color": GREY, "linewidth": 2.5, "alpha": 0.35, "solid_capstyle": "butt", "zorder": 0}),
     "mast": ("", {"color": GREY, "linewidth": 0.6, "zorder": 0}),
@@ -47,7 +47,7 @@ def polygons(corners, places, directions):
 
 
 def directions_of(lines):
-    """Of lines × 2 points, of length 1; of those without length, 1."""
+    """The directions of lines × 2 points, of length 1. A line without length has 1."""
     steps = lines[..., 1] - lines[..., 0]
     size = abs(steps)
     return np.where(size > 0, steps / np.where(size > 0, size, 1), 1)

@@ -33,9 +33,9 @@ class Track:
         return Places(self.body, self.base, self.q, shift=shift).of(link, point)
 
     def moves(self, path):
-        """False of such as a pinned tip."""
+        """True if the path is not that of a point at rest, such as a pinned tip."""
         return np.ptp(path.real) + np.ptp(path.imag) >= STAYS * self.body.reach
 
     def broken(self, path):
-        """The same with gaps where lines must not join states."""
+        """The path with gaps where lines must not join states."""
         return np.insert(path, self.events, np.nan)

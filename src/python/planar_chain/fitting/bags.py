@@ -15,7 +15,7 @@ AGES = {kind: kind.lower() + "_age" for kind in ("JOINT_TORQUES", *FIELDS)}  # i
 
 def read_bag(path, scene, joints, effort=False, node=None):
     """A list of recordings, without a jump of the state in any. scene: the values. effort: it is the torque that was applied, in
-    place of commands."""
+    column of commands."""
     with opened(path, BadFit) as (bag, messages_of):
         topic, below = topics_of(bag, path, node, BadFit)
         if below is None:
@@ -57,18 +57,18 @@ def column_of(path, topic, states, joints, field):
     if not states or not any(getattr(state, field) for state in states):
         return None
     values = np.empty((len(states), len(joints)))
-    places = {}
+    columns = {}
     for k, state in enumerate(states):
         names = tuple(state.name)
-        if names not in places:
+        if names not in columns:
             missing = [joint for joint in joints if joint not in names]
             if missing:
                 raise BadFit(f"{path}: expected the joints {', '.join(missing)} on {topic}, got {', '.join(names) or 'none'}")
-            places[names] = [names.index(joint) for joint in joints]
+            columns[names] = [names.index(joint) for joint in joints]
         row = getattr(state, field)
         if len(row) != len(names):
             raise BadFit(f"{path}: message {k + 1} of {topic}: expected {len(names)} numbers in {field}, got {len(row)}")
-        values[k] = [row[place] for place in places[names]]
+        values[k] = [row[column] for column in columns[names]]
     for k, j in np.argwhere(~np.isfinite(values))[:1]:
         raise BadFit(f"{path}: message {k + 1} of {topic}: expected a finite {field} of {joints[j]}, got {values[k, j]:g}")
     return values

@@ -10,32 +10,32 @@ FOREVER = math.inf
 def commanded(name, scene, joints, taken, since):
     """Loads by name, in a time whose 0 is the scene's time `since`. taken: CommandTaken messages in order. scene: the values.
 
-    A place is ("joint" or "link", its name). What is held there lasts until the next, or for the scene's command_timeout."""
+    A target is ("joint" or "link", its name). A command held on it lasts until the next, or for the scene's command_timeout."""
     timeout = float(scene.get("command_timeout") or 0) or FOREVER
-    held, acting = [], []  # (place, action, start, stop)
+    held, acting = [], []  # (target, action, start, stop)
     for message in taken:
         t = message.scene_time
         if message.base_pose or message.kind in (message.JOINT_TRAJECTORY, message.BASE_TRAJECTORY):
             raise BadFit(f"{name}: expected commands of torques and forces, got a trajectory or a motion of the base at {t:g} s, "
                          "which fit does not take")
         if message.kind == message.CLEAR_COMMANDS:
-            acting = [(place, action, start, min(stop, t)) for place, action, start, stop in acting + in_turn(held)]
+            acting = [(target, action, start, min(stop, t)) for target, action, start, stop in acting + in_turn(held)]
             held = []
         elif message.kind in (message.JOINT_TORQUES, message.STEP):
             if len(message.joint_torques) not in (len(joints), 0 if message.kind == message.STEP else len(joints)):
                 raise BadFit(f"{name}: expected {len(joints)} joint_torques of a command, got {len(message.joint_torques)} at {t:g} s")
             held += [(("joint", joint), {"torque": torque}, t, t + timeout) for joint, torque in zip(joints, message.joint_torques)]
         elif message.kind in (message.JOINT_TORQUE, message.LINK_FORCE):
-            command, place, action = of_one(message)
+            command, target, action = of_one(message)
             given = t if command.start.is_zero() else message.start
             if command.duration > 0:
-                acting.append((place, action, max(given, t), given + command.duration))
+                acting.append((target, action, max(given, t), given + command.duration))
             else:
-                held.append((place, action, max(given, t), given + timeout))
+                held.append((target, action, max(given, t), given + timeout))
     acting += in_turn(held)
     require_no_motors(name, scene, acting)
     limits = effort_limits(scene, joints)
-    is_limited = [place[0] == "joint" and place[1] in limits for place, *_ in acting]
+    is_limited = [target[0] == "joint" and target[1] in limits for target, *_ in acting]
     loads = [load_of(*one) for one, limited in zip(acting, is_limited) if not limited]
     for joint, limit in limits.items():
         loads += cut_off([one for one in acting if one[0] == ("joint", joint)], joint, limit)
@@ -44,13 +44,13 @@ def commanded(name, scene, joints, taken, since):
 
 
 def in_turn(held):
-    """Each lasts until the next one in its place starts. Those that are nothing are left out."""
+    """Each lasts until the next one in its target starts. Those that are nothing are left out."""
     ended = []
-    for place in dict.fromkeys(place for place, *_ in held):
-        turn = sorted((one for one in held if one[0] == place), key=lambda one: one[2])
+    for target in dict.fromkeys(target for target, *_ in held):
+        turn = sorted((one for one in held if one[0] == target), key=lambda one: one[2])
         for (_, action, start, stop), after in zip(turn, turn[1:] + [(None, None, FOREVER, FOREVER)]):
             if any(map(any_number, action.values())):
-                ended.append((place, action, start, min(stop, after[2])))
+                ended.append((target, action, start, min(stop, after[2])))
     return ended
 
 
@@ -67,15 +67,15 @@ def of_one(message):
     return command, ("link", command.link), action
 
 
-def load_of(place, action, start, stop):
-    load = {place[0]: place[1], **action, "start": max(start, 0.0)}
+def load_of(target, action, start, stop):
+    load = {target[0]: target[1], **action, "start": max(start, 0.0)}
     return load if stop == FOREVER else {**load, "stop": stop}
 
 
 def require_no_motors(name, scene, acting):
     for link, values in scene["links"].items():
         found = [key for key in ("motor", "command_delay") if key in (values.get("joint") or {})]
-        if found and any(place[0] == "joint" for place, *_ in acting):
+        if found and any(target[0] == "joint" for target, *_ in acting):
             raise BadFit(f"{name}: expected no links/{link}/joint/{found[0]} beside recorded commands (fit takes recorded torques)")
 
 

@@ -98,7 +98,7 @@ class Deviations:
         return covariance / np.outer(size, size)
 
     def most_correlated(self):
-        """The places of the two numbers that hang together most. None if there is one alone."""
+        """The indices of the two numbers that hang together most. None if there is one alone."""
         correlations = abs(np.triu(self.correlations, 1))
         return None if len(self.numbers) < 2 else np.unravel_index(correlations.argmax(), correlations.shape)
 
@@ -147,8 +147,8 @@ class Deviations:
 def series_of(problem, residuals, samples):
     edge, series = 0, []
     for mask in problem.measured(samples):
-        places = np.nonzero(mask)[1]
-        own = residuals[edge:edge + len(places)]
-        edge += len(places)
-        series += [own[places == j] for j in range(mask.shape[1])]
+        indices = np.nonzero(mask)[1]
+        own = residuals[edge:edge + len(indices)]
+        edge += len(indices)
+        series += [own[indices == j] for j in range(mask.shape[1])]
     return series

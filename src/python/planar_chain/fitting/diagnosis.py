@@ -34,9 +34,9 @@ def badness(recordings, joints, errors, samples):
     if sum(map(len, samples)) < HARDLY * sum(map(len, recordings)):
         return "it follows less than a tenth of the data: the numbers are wrong, and their deviations mean nothing"
     worst = (PART, "")
-    for recording, error, places in zip(recordings, errors, samples):
+    for recording, error, indices in zip(recordings, errors, samples):
         for j, joint in enumerate(joints):
-            size, noise, q = size_of(np.nan_to_num(error[:, j], posinf=1e3)), noise_of_samples(recording.q[:, j]), recording.q[places, j]
+            size, noise, q = size_of(np.nan_to_num(error[:, j], posinf=1e3)), noise_of_samples(recording.q[:, j]), recording.q[indices, j]
             part = size / max(min(np.nanstd(q), MOST_MOTION), 1e-9)
             if part > worst[0] and size > OF_NOISE * noise:
                 worst = part, (f"the errors of {joint} in {recording.name} are {100 * part:.0f} % of its motion"
@@ -47,8 +47,8 @@ def badness(recordings, joints, errors, samples):
 
 def sparse(problem, solution):
     """A sentence on a recording with too few samples, or ""."""
-    for r, (recording, places) in enumerate(zip(problem.recordings, solution.samples)):
-        if problem.is_sparse(solution.x, r, places):
+    for r, (recording, indices) in enumerate(zip(problem.recordings, solution.samples)):
+        if problem.is_sparse(solution.x, r, indices):
             return (f"{recording.name} has too few samples for its vibrations, and the errors are no noise: other numbers may fit better, "
                     "and the deviations mean nothing")
     return ""

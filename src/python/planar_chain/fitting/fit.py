@@ -83,9 +83,9 @@ class Fit:
         self.delays = [part[3] if one.shows_delay() or not problem.has_delay else None for part, one in zip(parts, self.recordings)]
         hidden = ", ".join(one.name for one, delay in zip(self.recordings, self.delays) if delay is None)
         self.not_told += [f"the delay of {hidden}, in which no torque or force changes"] * bool(hidden)
-        self.errors = [(recording.name, error_of(angles[places], recording.q[places])) for recording, angles, places in
+        self.errors = [(recording.name, error_of(angles[indices], recording.q[indices])) for recording, angles, indices in
                        zip(self.recordings, self.angles, samples)]
-        self.until = [float(recording.t[places[-1]]) for recording, places in zip(self.recordings, samples)]
+        self.until = [float(recording.t[indices[-1]]) for recording, indices in zip(self.recordings, samples)]
         self.warnings = [f"{found.path} ran to its bound {getattr(found, found.at_bound):g}" for found in self.numbers if found.at_bound]
         self.warnings += beyond(scene, problem.numbers, deviations.values)
         self.bad = badness(self.recordings, self.joints, problem.errors(solution.x, samples), samples)
@@ -125,7 +125,7 @@ def beyond(scene, numbers, values):
 
 def lost(recordings, samples):
     """A sentence on recordings that could not be followed to their ends, or none."""
-    short = [(recording, recording.t[places[-1]]) for recording, places in zip(recordings, samples) if len(places) < LOST * len(recording)]
+    short = [(recording, recording.t[indices[-1]]) for recording, indices in zip(recordings, samples) if len(indices) < LOST * len(recording)]
     which = ", ".join(f"{recording.name} ({end:.3g} of {recording.duration:.3g} s)" for recording, end in short)
     return [f"could only be followed, and fitted, so far: {which}; --pieces {0.7 * min(end for _, end in short):.2g} uses the rest too"
             ] if short else []

@@ -32,8 +32,8 @@ def hints(problem, solution):
     """A list of sentences: the strongest of each joint, and what explains nearly as much."""
     if max(solution.noise) < problem.errors_of_runs:
         return []
-    few = [places[::-(-len(places) // MOST_TIMES)] if r < MOST_RECORDINGS else places[:0] for r, places in enumerate(solution.samples)]
-    used = [r for r, places in enumerate(few) if len(places)]
+    few = [indices[::-(-len(indices) // MOST_TIMES)] if r < MOST_RECORDINGS else indices[:0] for r, indices in enumerate(solution.samples)]
+    used = [r for r, indices in enumerate(few) if len(indices)]
     low, high = problem.bounds()
     inside = (solution.x > low + AT_BOUND) & (solution.x < high - AT_BOUND)  # what ran to its bound cannot do more
     unknowns = problem.jacobian(solution.x, few)[:, inside] / solution.noise[problem.joints_of(few)][:, None]

@@ -63,7 +63,7 @@ class Problem:
 
     @property
     def columns(self):
-        """The places of the free joints in a state."""
+        """The indices of the free joints in a state."""
         return np.concatenate([self.free, self.free + len(self.joints)])
 
     def bounds(self):
@@ -131,7 +131,7 @@ class Problem:
         return {} if self.has_numbers(r) else {number.path: column for number, column in zip(self.numbers, columns)}
 
     def motions(self, rows, samples):
-        """rows: (recording, values, state, delay) of each run. samples: the places of the times, for each recording.
+        """rows: (recording, values, state, delay) of each run. samples: the indices of the times, for each recording.
 
         Returns for each row the angles, times × n, NaN where a run failed."""
         groups = {}
@@ -160,18 +160,18 @@ class Problem:
             return times
         return np.linspace(0.0, times[-1], int(np.ceil(times[-1] / CLOSE)) + 1)
 
-    def states(self, x, r, places):
+    def states(self, x, r, indices):
         """The states of recording r at these samples. The first is that from which the run goes, which closes a closed chain."""
         values, state, _, delay = self.parts(x, r)
-        times = np.round(self.recordings[r].t[places], 12)
+        times = np.round(self.recordings[r].t[indices], 12)
         return simulate_many(self.scene_of(r, delay, values), times, initial=[state], parameters=self.parameters(r, [values]),
                              most_steps=most_steps(times)).states[0]
 
-    def is_sparse(self, x, r, places):
+    def is_sparse(self, x, r, indices):
         """True if these samples of recording r hide much of the motion between them. Otherwise angles change by nearly the mean of the
         rates at both ends, times the time."""
-        angles, rates = np.hsplit(self.states(x, r, places), 2)
-        change, time = np.diff(angles, axis=0), np.diff(self.recordings[r].t[places])[:, None]
+        angles, rates = np.hsplit(self.states(x, r, indices), 2)
+        change, time = np.diff(angles, axis=0), np.diff(self.recordings[r].t[indices])[:, None]
         return np.linalg.norm(change - time * (rates[1:] + rates[:-1]) / 2) > HIDDEN * np.linalg.norm(change)
 
     def angles(self, x, samples):
@@ -184,11 +184,11 @@ class Problem:
 
     def measured(self, samples):
         """Which angles were measured, for each recording: times × n."""
-        return [np.isfinite(recording.q[places]) for recording, places in zip(self.recordings, samples)]
+        return [np.isfinite(recording.q[indices]) for recording, indices in zip(self.recordings, samples)]
 
     def errors(self, x, samples):
         """rad, for each recording: times × n, NaN where nothing was measured."""
-        return [motion - recording.q[places] for motion, recording, places in zip(self.angles(x, samples), self.recordings, samples)]
+        return [motion - recording.q[indices] for motion, recording, indices in zip(self.angles(x, samples), self.recordings, samples)]
 
     def residuals(self, x, samples):
         """rad, of all that was measured."""
@@ -285,10 +285,10 @@ def most_steps(times):
 
 def between(grid, times):
     """A function of the states on the grid: their angles at the times, by the cubics that share angles and rates with them."""
-    place = np.searchsorted(grid, times)
-    if (grid[np.minimum(place, len(grid) - 1)] == times).all():
-        return lambda states: states[place, :states.shape[1] // 2]
-    k = np.clip(place, 1, len(grid) - 1)
+    after = np.searchsorted(grid, times)
+    if (grid[np.minimum(after, len(grid) - 1)] == times).all():
+        return lambda states: states[after, :states.shape[1] // 2]
+    k = np.clip(after, 1, len(grid) - 1)
     h = (grid[k] - grid[k - 1])[:, None]
     s = (times - grid[k - 1])[:, None] / h
 

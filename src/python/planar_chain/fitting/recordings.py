@@ -137,12 +137,12 @@ def noise_of_samples(values):
 # ---- Checks ------------------------------------------------------------------------------------
 
 
-def require_stamps(path, t, places):
-    """places: what names each stamp, such as its line."""
+def require_stamps(path, t, names):
+    """names: what names each stamp, such as its line."""
     for k in np.flatnonzero(~np.isfinite(t))[:1]:
-        raise BadFit(f"{path}: {places(k)}: expected a finite time, got {t[k]:g}")
+        raise BadFit(f"{path}: {names(k)}: expected a finite time, got {t[k]:g}")
     for k in np.flatnonzero(np.diff(t) <= 0)[:1] + 1:
-        raise BadFit(f"{path}: {places(k)}: expected a time after {t[k - 1]:.12g} s, got {t[k]:.12g} s"
+        raise BadFit(f"{path}: {names(k)}: expected a time after {t[k - 1]:.12g} s, got {t[k]:.12g} s"
                      + (", a repeated stamp" if t[k] == t[k - 1] else ", an unsorted stamp"))
 
 
@@ -205,7 +205,7 @@ def require_motion(recordings, joints, given):
 
 
 def columns_of(path, header, joints):
-    """The places of t, q, q̇ and τ. q̇, τ: those that are there, by joint."""
+    """The columns of t, q, q̇ and τ. q̇, τ: those that are there, by joint."""
     known = {"t", "energy", *(kind + joint for kind in ("q_", "qd_", "tau_") for joint in joints)}
     for name in header:
         if name not in known or header.count(name) > 1:

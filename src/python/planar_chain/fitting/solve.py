@@ -31,7 +31,7 @@ class Stalled(Exception):
 
 
 class Solution:
-    """x and the noise s_j of each joint. samples: the places of the times that were fitted, for each recording; they end where a
+    """x and the noise s_j of each joint. samples: the indices of the times that were fitted, for each recording; they end where a
     chaotic motion is lost. reason: why it did not converge, or empty."""
 
     def __init__(self, x, noise, samples):
@@ -65,7 +65,7 @@ def stages(recordings, windows):
 
 
 def samples_of(recordings, ends, most=None):
-    """The places of the times up to `ends`, of all or of each, at most so many, evenly."""
+    """The indices of the times up to `ends`, of all or of each, at most so many, evenly."""
     chosen = []
     for recording, end in zip(recordings, np.broadcast_to(ends, len(recordings))):
         count = max(int(np.searchsorted(recording.t, end, side="right")), 2)
@@ -86,11 +86,11 @@ def followed(t, errors):
 def until_steep(problem, jacobian, samples):
     """The samples before the first whose row of the Jacobian is too steep, for each recording; ten at least."""
     edge, kept = 0, []
-    for places, mask in zip(samples, problem.measured(samples)):
+    for indices, mask in zip(samples, problem.measured(samples)):
         times = np.nonzero(mask)[0]
         steep = times[abs(jacobian[edge:edge + len(times)]).max(axis=1) > STEEPEST]
         edge += len(times)
-        kept.append(places[:max(steep[0], 10)] if len(steep) else places)
+        kept.append(indices[:max(steep[0], 10)] if len(steep) else indices)
     return kept
 
 
@@ -123,7 +123,7 @@ class Solver:
                 start, samples = solution.x, samples_of(problem.recordings, np.minimum(end, 2 * reach), EARLY_SAMPLES)
                 self.stage(end, samples, EARLY_CALLS, EARLY_PRECISION, PRIOR)
                 if end == ends[0] and (solution.reason or any(
-                        problem.is_sparse(solution.x, r, np.arange(places[-1] + 1)) for r, places in enumerate(samples))):
+                        problem.is_sparse(solution.x, r, np.arange(indices[-1] + 1)) for r, indices in enumerate(samples))):
                     self.from_shorter_windows(start, end, samples)
                 reach = self.followed(samples)
             self.whole(until, 2 * reach)
@@ -165,7 +165,7 @@ class Solver:
             reach = np.minimum(reach, self.followed(few))
         near = samples_of(recordings, np.minimum(until, reach))
         gentle = until_steep(self.problem, self.problem.jacobian(solution.x, near, NARROW), near)
-        ends = np.array([np.inf if len(kept) == len(places) else recording.t[kept[-1]] for kept, places, recording in
+        ends = np.array([np.inf if len(kept) == len(indices) else recording.t[kept[-1]] for kept, indices, recording in
                          zip(gentle, near, recordings)])
         reach = np.minimum(reach, ends)
         errors_of_runs = TOLERANCE * max(recording.duration for recording in recordings)
@@ -186,15 +186,15 @@ class Solver:
     def followed(self, samples):
         """Until when each recording is followed, s; infinite if to the last sample. What was followed once can be."""
         now = self.followed_now(samples)
-        ends = [recording.t[places[-1]] for recording, places in zip(self.problem.recordings, samples)]
+        ends = [recording.t[indices[-1]] for recording, indices in zip(self.problem.recordings, samples)]
         self.reached = np.maximum(self.reached, np.minimum(now, ends))
         return np.maximum(now, self.reached)
 
     def followed_now(self, samples):
         """Until when the present x alone follows each recording, s."""
         errors = self.problem.errors(self.solution.x, samples)
-        return np.array([followed(recording.t[places], error)
-                         for recording, places, error in zip(self.problem.recordings, samples, errors)])
+        return np.array([followed(recording.t[indices], error)
+                         for recording, indices, error in zip(self.problem.recordings, samples, errors)])
 
     def stage(self, end, samples, most, precision, prior, width=None):
         """One least-squares fit. It keeps the best x and the noise of its residuals in the solution."""
@@ -203,7 +203,7 @@ class Solver:
         residuals = problem.residuals(solution.x, samples)
         noise = solution.noise = noise_of(residuals, joints, len(problem.joints))
         weights = 1 / noise[joints]
-        many, (places, first, sizes) = len(problem.numbers), problem.priors()
+        many, (indices, first, sizes) = len(problem.numbers), problem.priors()
         best, bases = [np.inf], []
 
         def error(x):
@@ -219,12 +219,12 @@ class Solver:
             bases.append(best[0])
             if len(bases) > STALLED and bases[-1 - STALLED] - best[0] < GAIN * best[0]:
                 raise Stalled
-            return np.concatenate([values, (x[places] - first) / (sizes * prior)])
+            return np.concatenate([values, (x[indices] - first) / (sizes * prior)])
 
         def slopes(x):
             jacobian = problem.jacobian(x, samples, width) * weights[:, None]
-            expected = np.zeros((len(places), problem.size))
-            expected[range(len(places)), places] = 1 / (sizes * prior)
+            expected = np.zeros((len(indices), problem.size))
+            expected[range(len(indices)), indices] = 1 / (sizes * prior)
             return np.vstack([jacobian, expected])
 
         low, high = problem.bounds()

@@ -140,7 +140,7 @@ class ChainInLetters:
                                    latex and f"{latex[0]}_{{{k + 1}}}{latex[1]}")
 
     def _units(self, k):
-        """Of a joint's q, and of what acts in it."""
+        """The units of a joint's q and of its torque or force."""
         return ("m", "N") if k in self.coordinates.prismatic else ("rad", "N m")
 
     def _torque(self, k, joint):

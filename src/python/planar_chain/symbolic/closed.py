@@ -80,12 +80,12 @@ class Rows:
                 total += chain.displacement[k] + (chain.r[k] if k == body else chain.p[k])
         return total
 
-    def at(self, i, body, place, spin=None):
-        """The row in this body's column, where (cos, sin) of its angle is `place`; with `spin` = [ω^i] that of C."""
+    def at(self, i, body, heading, spin=None):
+        """The row in this body's column, where (cos, sin) of its angle is `heading`; with `spin` = [ω^i] that of C."""
         body = min(body, self.end[i] + 1)
-        key = i, body, place, spin is None
+        key = i, body, heading, spin is None
         if key not in self._known:
-            c, s = place
+            c, s = heading
             S = sp.Matrix([[c, s], [-s, c]])
             row = self.chain.axes[i].T if i in self.coordinates.prismatic else cross_row(self.lever(i, body))
             self._known[key] = row * (S if spin is None else spin * S)
@@ -102,10 +102,10 @@ class Rows:
         first, last = min(i, j), max(i, j)
         masses = [(k, sp.Add(*self.chain.m[like])) for k, like in self.columns(last, max(self.end[i], self.end[j]))]
 
-        def at(place):
-            """θ_first = 0, θ_last at this place."""
+        def at(heading):
+            """θ_first = 0, θ_last in this direction."""
             def row(k, body):
-                return self.at(k, body, ALONG if k == first else place, spin if k is j else None)
+                return self.at(k, body, ALONG if k == first else heading, spin if k is j else None)
             return sp.Add(*(times(m, dot(row(i, k), row(j, k))) for k, m in masses))
 
         if i == j and i in self.coordinates.prismatic:
@@ -122,7 +122,7 @@ class Rows:
         angle = self.angle[i]
         if angle == 0:
             return dot(direction, self.at(i, self.chain.n, ALONG, spin))
-        along, across = (self.coefficient(dot(direction, self.at(i, self.chain.n, place, spin))) for place in (ALONG, ACROSS))
+        along, across = (self.coefficient(dot(direction, self.at(i, self.chain.n, heading, spin))) for heading in (ALONG, ACROSS))
         return times(along, sp.cos(angle)) + times(across, sp.sin(angle))
 
     def force(self, i, forces, moment=sp.Integer(0)):
@@ -132,9 +132,9 @@ class Rows:
         c, s = sp.cos(angle), sp.sin(angle)
         constant = moment.xreplace({c: 0, s: 0})
         total = constant
-        for place, function in ((ALONG, c), (ACROSS, s))[:1 if angle == 0 else 2]:
-            part = moment.xreplace(dict(zip((c, s), map(sp.Integer, place)))) - constant
-            total += times(self.coefficient(sp.Add(*(dot(self.at(i, k, place), each) for k, each in sums), part)), function)
+        for heading, function in ((ALONG, c), (ACROSS, s))[:1 if angle == 0 else 2]:
+            part = moment.xreplace(dict(zip((c, s), map(sp.Integer, heading)))) - constant
+            total += times(self.coefficient(sp.Add(*(dot(self.at(i, k, heading), each) for k, each in sums), part)), function)
         return total
 
 

@@ -87,7 +87,7 @@ class Code:
         return [(symbol.name, self.text(expression)) for symbol, expression in self.program.needed(*names)]
 
     def text(self, expression):
-        """The expression as code, with powers as products, and π as a number. The same step may be needed by several outputs."""
+        """The expression as code, with powers as products, and π as a number. Several outputs may need one step."""
         if expression not in self._texts:
             plain = without_powers(expression.xreplace({sp.pi: sp.Float(math.pi)})) if not expression.is_Atom else expression
             self._texts[expression] = self._printer.on_one_line(plain)

@@ -85,7 +85,7 @@ class Formulas:
         return {symbol: value for force in self.point_forces for symbol, value in force.defined().items()}
 
     def in_q(self, expression):
-        """The same with q, q̇ and t alone: without theta, omega, functions of time and `acting`."""
+        """The expression with q, q̇ and t alone: without theta, omega, functions of time and `acting`."""
         for symbol, value in reversed(list(self.acting.items())):
             expression = expression.xreplace({symbol: value})
         return expression.xreplace(self.absolute).xreplace(self.given)
@@ -122,6 +122,6 @@ class Formulas:
 
 
 def apply(put, matrices):
-    """The same matrices and lists of matrices with put() applied to each."""
+    """The matrices and lists of matrices with put() applied to each."""
     return types.SimpleNamespace(**{name: [put(one) for one in value] if isinstance(value, list) else put(value)
                                     for name, value in vars(matrices).items()})

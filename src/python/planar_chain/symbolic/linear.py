@@ -26,7 +26,7 @@ def linear(of):
         K = ∂(f − M q̈ + J_cᵀ φ)/∂q = T K_θ Tᵀ + K_τ        D = ∂f/∂q̇ = T D_θ Tᵀ + D_τ
 
     points: J and W of each of point_forces, ∂X/∂x and ∂v/∂x, 2 × n. It adds Jᵀ (∂F/∂X J + ∂F/∂v W) to K_θ, Jᵀ ∂F/∂v J to D_θ.
-    Of a tip that is held K_c and D_c, with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
+    If the tip is held, K_c and D_c are those with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
     beta: ẍ of the state (coordinates.py), as the torques have it about which A and B are. K_τ and D_τ are diagonal, and 0 at driven joints."""
     n, loads, inertia, tip, c = len(of.q), of.closed.loads_theta, of.closed.M_theta, of.closed.J_theta, of.closed.c
     beta, x, xd = state_symbols("beta", n), of.chain.x, of.chain.xd

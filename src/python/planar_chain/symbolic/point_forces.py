@@ -35,7 +35,7 @@ class PointForce:
     index: str
 
     def applied(self, put):
-        """The same force with put() applied to all expressions."""
+        """The force with put() applied to all expressions."""
         return dataclasses.replace(self, place=put(self.place), velocity=put(self.velocity), **{
             name: {symbol: put(expression) for symbol, expression in getattr(self, name).items()} for name in ("start", "steps", "tangents")})
 

@@ -185,7 +185,7 @@ class Program:
         return [(i, k) for k, i in zip(turning, turning[1:])]
 
     def _relative(self, turning, given):
-        """Of accelerations of groups: those of free joints; and `given` ones of driven joints, n numbers or 0."""
+        """The accelerations of all joints from those of groups: of free joints; and `given` ones of driven joints, n numbers or 0."""
         own, inner = dict(zip(self.free, turning)), dict(self._inner_groups())
         out = sp.zeros(self.n, 1)
         for i in range(self.n):

@@ -1,7 +1,7 @@
 #pragma once
 
-/// What forces that depend on place add to the stiffness matrix of an equilibrium: Jᵀ K J. The rows of J are
-/// how the own point of their body, over the chain's reach, and its angle move with the groups; K as in
+/// What forces that depend on position add to the stiffness matrix of an equilibrium: Jᵀ K J. The rows of J
+/// are how the own point of their body, over the chain's reach, and its angle move with the groups; K as in
 /// recursion/force_tangent.h.
 
 #include <Eigen/Eigenvalues>
@@ -47,11 +47,11 @@ struct GroupedPose {
 };
 
 /// Adds the terms of the forces on a body.
-inline void addPlaceTerms(const GroupedPose& pose, const PlaneTangent& K, int body,
-                          std::vector<GroupMatrix::Term>& to) {
+inline void addPositionTerms(const GroupedPose& pose, const PlaneTangent& K, int body,
+                             std::vector<GroupMatrix::Term>& to) {
   Eigen::Matrix3d scaled;
-  scaled << K.forcePlace.xx, K.forcePlace.xy, K.forceTurn.x, K.forcePlace.yx, K.forcePlace.yy, K.forceTurn.y,
-      K.momentPlace.x, K.momentPlace.y, K.momentTurn;
+  scaled << K.forceShift.xx, K.forceShift.xy, K.forceTurn.x, K.forceShift.yx, K.forceShift.yy, K.forceTurn.y,
+      K.momentShift.x, K.momentShift.y, K.momentTurn;
   scaled.topRows<2>() *= pose.reach;
   scaled.leftCols<2>() *= pose.reach;
   if (scaled.isZero(0)) return;
