@@ -27,6 +27,7 @@
 
 #include "effects/effect_kind.h"
 #include "lanes/general_chain.h"
+#include "lanes/kernel.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
 #include "recursion/pose.h"
@@ -51,7 +52,10 @@ struct PointMotion {
 class Pull {
  public:
   /// The chain must outlive this object.
-  explicit Pull(const Chain& chain) : chain_(chain), recursion_(chain), laws_(index(chain.size())) {
+  explicit Pull(const Chain& chain)
+      : chain_(chain),
+        recursion_(chain, simd::kernelFor(chain.size(), {}), chain.size() > ShortChain::most),
+        laws_(index(chain.size())) {
     const auto n = index(chain.size());
     for (auto* numbers : {&x_, &rates_, &omega_, &still_, &N_, &xdd_, &moments_}) numbers->resize(n);
     e_.resize(index(ShortChain::roomFor(chain.size())));

@@ -80,6 +80,15 @@ void setNumber(Value& scene, const std::string& path, double number) {
   valueAt(scene, path) = number;
 }
 
+namespace {
+
+/// True for "no friction in a driven joint" and its like.
+bool isExcluded(const Fault& fault) {
+  return fault.expected.compare(0, 3, "no ") == 0;
+}
+
+}  // namespace
+
 void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
   if (paths.empty()) return;
 
@@ -113,7 +122,7 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
     const auto why = std::find_if(faults.begin(), faults.end(), [&](const Fault& fault) {
       return isWithin(path, fault.path) && !(isNumber && fault.path == path);
     });
-    if (why != faults.end() && why->path == path && why->found == describe(Value(1))) {
+    if (why != faults.end() && why->path == path && why->found == describe(Value(1)) && !isExcluded(*why)) {
       refused.push_back({path, "the path of a number", "that of " + why->expected});
     } else if (why != faults.end()) {
       refused.push_back({path, why->expected + remedyFor(scene, path), why->found});
@@ -127,8 +136,7 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
       return isWithin(known.path, fault.path.substr(0, fault.path.rfind('/')));
     };
     const bool isMissing = fault.found == describe(nullptr);
-    const bool isExcluded = fault.expected.compare(0, 3, "no ") == 0;  // "no friction in a driven joint"
-    if ((isMissing || isExcluded) && std::none_of(refused.begin(), refused.end(), isKnown))
+    if ((isMissing || isExcluded(fault)) && std::none_of(refused.begin(), refused.end(), isKnown))
       refused.push_back(fault);
   }
   if (!refused.empty()) throw Refused(std::move(refused));
