@@ -57,8 +57,7 @@ simd::StepControl controlOf(const IntegratorSettings& settings) {
 
 const simd::Kernel* Ensemble::kernelFor(const Scene& scene, int mostLanes) {
   if (scene.chain.size() > simd::ShortChains::most) return nullptr;
-  const simd::PlainKernels plain(scene.integrator.plainKernel);
-  for (const simd::Kernel* kernel : simd::kernels()) {
+  for (const simd::Kernel* kernel : simd::kernels({scene.integrator.plainKernel})) {
     if (mostLanes == 0 || kernel->lanes <= mostLanes) return kernel;
   }
   return nullptr;

@@ -92,7 +92,7 @@ Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::ve
   Closing closing;
   if (!scene.tip) return closing;
   Effects effects(scene);
-  const Mechanism mechanism(scene.chain, true);
+  const Mechanism mechanism(scene, true);
   Closure closure(mechanism);
   Couplings at(mechanism.size());
   effects.enter(t);

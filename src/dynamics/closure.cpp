@@ -20,7 +20,7 @@ Closure::Closure(const Mechanism& mechanism)
     : mechanism_(mechanism),
       n_(mechanism.size()),
       reach_(mechanism.chain().reach()),
-      recursion_(mechanism.chain(), false),
+      recursion_(mechanism.makeGeneralRecursion(false)),
       laws_(index(n_)),
       e_(index(ShortChain::roomFor(n_))),
       displaced_(index(n_)),

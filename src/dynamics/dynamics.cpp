@@ -16,7 +16,7 @@ bool isBare(const Scene& scene, const Effects& effects) {
 
 Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
     : effects_(scene, std::move(more)),
-      mechanism_(scene.chain, !isBare(scene, effects_)),
+      mechanism_(scene, !isBare(scene, effects_)),
       n_(mechanism_.size()),
       firstRate_(mechanism_.paddedSize()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),

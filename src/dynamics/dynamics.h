@@ -120,6 +120,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   int size() const override { return 2 * mechanism_.size() + works_; }
   int freedoms() const override { return size() - (holdsTip() ? 4 : 0); }
   void derivative(double t, const double* y, double* dydt) override;
+  const simd::VectorKernel& vectors() const override { return simd::vectors(mechanism_.kernelChoice()); }
   int sizeInLaneOrder() const override { return 2 * firstRate_ + works_; }
   bool hasOneOrder() const override { return !mechanism_.lanes(); }
   void toLaneOrder(const double* y, double* laneOrdered) const override;

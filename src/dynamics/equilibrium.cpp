@@ -154,7 +154,7 @@ class Search {
 
   /// A tip that is held: what closes the chain.
   struct Held {
-    Held(const Chain& chain, int n) : mechanism(chain, true), closure(mechanism), at(n), y(2 * n) {}
+    Held(const Scene& scene, int n) : mechanism(scene, true), closure(mechanism), at(n), y(2 * n) {}
 
     Mechanism mechanism;
     Closure closure;
@@ -164,7 +164,7 @@ class Search {
   };
 
   void hold() {
-    held_.emplace(scene_.chain, n_);
+    held_.emplace(scene_, n_);
     Effects all(scene_);
     all.enter(t_);
     all.couple(t_, 0, held_->at);

@@ -24,7 +24,7 @@ Evaluator::Evaluator(const Mechanism& mechanism, const Effects& effects)
     : mechanism_(mechanism),
       effects_(effects),
       n_(mechanism.size()),
-      recursion_(mechanism.chain(), effects.base() != nullptr),
+      recursion_(mechanism.makeGeneralRecursion(effects.base() != nullptr)),
       couplings_(n_),
       torques_(index(n_)),
       angles_(mechanism.coordinates().anyIsPrismatic() ? index(n_) : 0) {}

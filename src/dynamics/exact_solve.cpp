@@ -11,7 +11,7 @@ ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
   Solver<Scalar> solver;
   if (!general_) {
     if constexpr (std::is_same_v<Scalar, double>) {
-      solver.plain.emplace(mechanism_.chain(), mechanism_.lanes() != nullptr);
+      solver.plain.emplace(mechanism_.chain(), mechanism_.lanes() != nullptr, mechanism_.kernel());
     } else {
       solver.plain.emplace(*solver_.plain);
     }

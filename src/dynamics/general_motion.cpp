@@ -23,7 +23,7 @@ GeneralMotion::GeneralMotion(const Mechanism& mechanism, Effects& effects)
   for (JointConstraint* jointConstraint : jointConstraints) jointConstraint->attach(*this);
   if (effects.holdTip()) closure_.emplace(mechanism);
   if (!mechanism.coordinates().anyIsPrismatic() && effects.onlyHold() && n_ > ShortChain::most) {
-    welded_.emplace(mechanism.chain());
+    welded_.emplace(mechanism);
   }
 }
 

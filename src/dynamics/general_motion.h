@@ -98,7 +98,7 @@ class GeneralMotion final : private Mechanics {
 
  private:
   struct Welded {
-    explicit Welded(const Chain& of) : chain(of) {}
+    explicit Welded(const Mechanism& of) : chain(of.chain(), of.kernel()) {}
 
     WeldedChain chain;
     bool isWelded = false;  ///< chain has the joints that stick now

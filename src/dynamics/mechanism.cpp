@@ -6,16 +6,25 @@
 
 namespace planar_chain {
 
-Mechanism::Mechanism(const Chain& chain, bool inOrder)
-    : chain_(chain), n_(chain.size()), paddedSize_(n_), rotations_(simd::kernels().front()->rotations) {
+Mechanism::Mechanism(const Scene& scene, bool inOrder)
+    : chain_(scene.chain),
+      n_(chain_.size()),
+      kernelChoice_{scene.integrator.plainKernel},
+      kernel_(simd::kernelFor(n_, kernelChoice_)),
+      paddedSize_(n_),
+      rotations_(simd::kernels(kernelChoice_).front()->rotations) {
   if (inOrder || n_ <= ShortChain::most) return;
-  lanes_.emplace(n_);
+  lanes_.emplace(n_, kernel_.lanes);
   paddedSize_ = lanes_->paddedSize();
 }
 
 Recursion Mechanism::makeRecursion() const {
-  if (n_ <= ShortChain::most) return ShortChain(chain_);
-  return Segments(chain_);
+  if (n_ <= ShortChain::most) return ShortChain(chain_, kernel_);
+  return Segments(chain_, kernel_);
+}
+
+GeneralChain Mechanism::makeGeneralRecursion(bool basePays) const {
+  return {chain_, kernel_, n_ > ShortChain::most, basePays};
 }
 
 void Mechanism::rotate(const double* x, double angle, Rotation<double>* e) const {

@@ -6,10 +6,11 @@
 #include <optional>
 #include <variant>
 
+#include "lanes/general_chain.h"
 #include "lanes/lane_order.h"
 #include "lanes/segments.h"
 #include "lanes/short_chain.h"
-#include "planar_chain/chain.h"
+#include "planar_chain/scene.h"
 #include "recursion/pose.h"
 
 namespace planar_chain {
@@ -20,8 +21,8 @@ using Recursion = std::variant<ShortChain, Segments>;
 
 class Mechanism {
  public:
-  /// The chain must outlive this object. inOrder: a long chain is kept in chain order too.
-  explicit Mechanism(const Chain& chain, bool inOrder = false);
+  /// The scene must outlive this object. inOrder: a long chain is kept in chain order too.
+  Mechanism(const Scene& scene, bool inOrder);
 
   const Chain& chain() const { return chain_; }
   int size() const { return n_; }  ///< n
@@ -30,7 +31,11 @@ class Mechanism {
   const LaneOrder* lanes() const { return lanes_ ? &*lanes_ : nullptr; }
   /// The numbers that one quantity of all bodies takes in that order: n, or more.
   int paddedSize() const { return paddedSize_; }
+  /// The kernels of all that computes with this chain, and the one for its length.
+  simd::KernelChoice kernelChoice() const { return kernelChoice_; }
+  const simd::Kernel& kernel() const { return kernel_; }
   Recursion makeRecursion() const;
+  GeneralChain makeGeneralRecursion(bool basePays) const;
   /// As rotations() of lanes/segments.h.
   void rotate(const double* theta, Rotation<double>* e, int n) const { rotations_(theta, &e->c, n); }
   /// Writes the rotations of all n bodies in chain order, from their coordinates, on a base that is turned by
@@ -54,6 +59,8 @@ class Mechanism {
  private:
   const Chain& chain_;
   int n_;
+  simd::KernelChoice kernelChoice_;
+  const simd::Kernel& kernel_;
   std::optional<LaneOrder> lanes_;
   int paddedSize_;
   void (*rotations_)(const double* theta, double* e, int n);

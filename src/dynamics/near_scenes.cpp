@@ -48,7 +48,7 @@ bool isSame(const GivenMotion& a, const GivenMotion& b) {
 }  // namespace
 
 NearScenes::One::Rates::Rates(const Scene& scene, Effects& effects)
-    : mechanism(scene.chain, true), motion(mechanism, effects), at(mechanism, effects) {}
+    : mechanism(scene, true), motion(mechanism, effects), at(mechanism, effects) {}
 
 NearScenes::One::One(const Scene& near, double weight_) : scene(near), weight(weight_), effects(scene) {
   if (!effects.jointConstraints().empty()) ratesMade();

@@ -12,7 +12,7 @@ namespace planar_chain {
 struct SceneSnapshot {
   /// q, qd: relative angles (rad) and rates (rad/s), one a joint. The scene must outlive this object.
   SceneSnapshot(const Scene& scene, double time, const Eigen::VectorXd& q, const Eigen::VectorXd& qd)
-      : effects(scene), mechanism(scene.chain, true), motion(mechanism, effects), t(time), y(2 * q.size()) {
+      : effects(scene), mechanism(scene, true), motion(mechanism, effects), t(time), y(2 * q.size()) {
     mechanism.coordinates().toAbsolute(q.data(), y.data());
     mechanism.coordinates().toAbsolute(qd.data(), y.data() + q.size());
     effects.enter(t);

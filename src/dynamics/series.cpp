@@ -23,7 +23,8 @@ void Dynamics::reserveSeries(int order) {
   if (reserved >= order) return;
   const bool couples = !effects_.jointConstraints().empty() || effects_.anyForces(&Forces::dependOnMotion);
   if (holdsTip() || (MotionSeries::areFor(mechanism_.chain()) && !couples)) {
-    series_.emplace(mechanism_.chain(), order, nullptr, holdsTip());
+    const Chain& chain = mechanism_.chain();
+    series_.emplace(chain, order, MotionSeries::kernelFor(chain, mechanism_.kernelChoice()), holdsTip());
   } else {
     generalSeries_.emplace(mechanism_.chain(), order);
     orders_.emplace(n_);

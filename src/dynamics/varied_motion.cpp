@@ -8,7 +8,7 @@ namespace planar_chain {
 VariedMotion::VariedMotion(const Scene& scene, const Effects& effects, std::vector<Column> columns,
                            std::function<double(int, double)> share)
     : effects_(effects),
-      mechanism_(scene.chain, true),
+      mechanism_(scene, true),
       n_(mechanism_.size()),
       columns_(std::move(columns)),
       share_(std::move(share)),

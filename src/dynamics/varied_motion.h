@@ -54,6 +54,7 @@ class VariedMotion final : public ode::LinearizedSystem {
   void findSource(const Column& column, double* to);
 
   int size() const override { return 2 * n_ * (1 + static_cast<int>(columns_.size())); }
+  const simd::VectorKernel& vectors() const override { return simd::vectors(mechanism_.kernelChoice()); }
   void derivative(double t, const double* y, double* dydt) override;
   void reserve(int complexCount) override { solve_.reserve(complexCount); }
   void linearize(double t, const double* y, double* dydt) override;

@@ -34,7 +34,7 @@ namespace planar_chain {
 class WeldedChain {
  public:
   /// The chain must outlive this object.
-  explicit WeldedChain(const Chain& chain) : chain_(chain), kernel_(simd::kernelFor(chain.size())) {
+  WeldedChain(const Chain& chain, const simd::Kernel& kernel) : chain_(chain), kernel_(kernel) {
     const auto n = index(chain.size()), paddedSize = n + index(kernel_.lanes);
     for (const Link& link : chain.links()) bodies_.push_back({link.mass, link.inertia, link.com, link.pin});
     welded_.reserve(n);

@@ -50,6 +50,6 @@ struct ColumnKernel {
 extern const ColumnKernel columnsBaseline, columnsAvx2, columnsAvx512;
 
 /// The kernels that this CPU runs, the best first.
-const std::vector<const ColumnKernel*>& columnKernels();
+const std::vector<const ColumnKernel*>& columnKernels(KernelChoice choice = {});
 
 }  // namespace planar_chain::simd

@@ -6,7 +6,7 @@ namespace planar_chain {
 
 namespace simd {
 
-const std::vector<const ColumnKernel*>& columnKernels() {
+const std::vector<const ColumnKernel*>& columnKernels(KernelChoice choice) {
 #ifdef PLANAR_CHAIN_X86
   const ColumnKernel* avx2 = &columnsAvx2;
 #else
@@ -17,7 +17,7 @@ const std::vector<const ColumnKernel*>& columnKernels() {
 #else
   const ColumnKernel* avx512 = nullptr;
 #endif
-  return runnable<ColumnKernel>(avx512, avx2, columnsBaseline);
+  return runnable<ColumnKernel>(avx512, avx2, columnsBaseline, choice);
 }
 
 }  // namespace simd
@@ -55,8 +55,8 @@ Eigen::VectorXd ColumnSeries::termsOf(const Chain& chain) {
 }
 
 ColumnSeries::ColumnSeries(const Chain& chain, int order, int columns, int numbers,
-                           const simd::ColumnKernel* kernel)
-    : kernel_(kernel ? *kernel : *simd::columnKernels().front()), e_(index(chain.size())) {
+                           const simd::ColumnKernel& kernel)
+    : kernel_(kernel), e_(index(chain.size())) {
   constexpr int line = 8;
   const auto rounded = [](int count) { return (count + line - 1) / line * line; };
   const int n = chain.size(), lanes = kernel_.lanes, width = (columns + lanes - 1) / lanes * lanes;

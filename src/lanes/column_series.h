@@ -44,8 +44,7 @@ class ColumnSeries {
 
   /// `order`: of the motion. `numbers` of the columns, the last ones, are by numbers of the chain. Allocates;
   /// nothing else does.
-  ColumnSeries(const Chain& chain, int order, int columns, int numbers,
-               const simd::ColumnKernel* kernel = nullptr);
+  ColumnSeries(const Chain& chain, int order, int columns, int numbers, const simd::ColumnKernel& kernel);
 
   int order() const { return arrays_.order; }
   /// The terms of the joints.

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "lanes/segments.h"
-#include "lanes/short_chain.h"
 
 namespace planar_chain {
 
@@ -16,9 +15,6 @@ Chain without(const Chain& chain, int leading) {
 }
 
 }  // namespace
-
-GeneralChain::GeneralChain(const Chain& chain, bool basePays)
-    : GeneralChain(chain, simd::kernelFor(chain.size()), chain.size() > ShortChain::most, basePays) {}
 
 GeneralChain::GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool inSegments, bool basePays)
     : kernel_(kernel),

@@ -29,9 +29,7 @@ namespace planar_chain {
 
 class GeneralChain {
  public:
-  /// Uses the best kernel of this CPU for so many links. basePays: the base moves, so its wrench is asked
-  /// for. Allocates.
-  explicit GeneralChain(const Chain& chain, bool basePays = true);
+  /// In segments, or link by link. basePays: the base moves, so its wrench is asked for. Allocates.
   GeneralChain(const Chain& chain, const simd::Kernel& kernel, bool inSegments, bool basePays = true);
 
   /// A description.

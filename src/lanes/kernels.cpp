@@ -13,13 +13,14 @@ constexpr const Kernel* avx512 = &kernelAvx512;
 constexpr const Kernel* avx512 = nullptr;
 #endif
 
-const std::vector<const Kernel*>& kernels() {
-  return runnable<Kernel>(avx512, avx2, kernelBaseline);
+const std::vector<const Kernel*>& kernels(KernelChoice choice) {
+  return runnable<Kernel>(avx512, avx2, kernelBaseline, choice);
 }
 
-const Kernel& kernelFor(int links) {
+const Kernel& kernelFor(int links, KernelChoice choice) {
   constexpr int few = 64;  // 8 lanes are too many for fewer
-  return kernels().front()->lanes == 8 && links < few ? *kernels()[1] : *kernels().front();
+  const std::vector<const Kernel*>& all = kernels(choice);
+  return all.front()->lanes == 8 && links < few ? *all[1] : *all.front();
 }
 
 }  // namespace planar_chain::simd

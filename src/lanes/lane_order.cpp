@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "lanes/kernel.h"
-
 namespace planar_chain {
 
 namespace {
@@ -37,9 +35,6 @@ void copy(int n, int lanes, int steps, const Quantity* from, Quantity* to) {
 }
 
 }  // namespace
-
-LaneOrder::LaneOrder(int n, const simd::Kernel* kernel)
-    : LaneOrder(n, (kernel ? *kernel : simd::kernelFor(n)).lanes) {}
 
 template <class Quantity>
 void LaneOrder::toLaneOrder(const Quantity* values, Quantity* laneOrdered) const {

@@ -12,10 +12,6 @@
 
 namespace planar_chain {
 
-namespace simd {
-struct Kernel;
-}
-
 /// Writes the quantities of one body, which lie `lanes` apart. laneIndex: its index in a quantity in lane
 /// order.
 inline void putInLane(double* rows, std::size_t laneIndex, std::size_t lanes,
@@ -29,8 +25,7 @@ inline void putInLane(double* rows, std::size_t laneIndex, std::size_t lanes,
 
 class LaneOrder {
  public:
-  /// The order of n bodies for the given kernel, or else for the best of this CPU.
-  explicit LaneOrder(int n, const simd::Kernel* kernel = nullptr);
+  /// The order of n bodies.
   LaneOrder(int n, int lanes) : n_(n), lanes_(lanes), steps_((n + lanes - 1) / lanes) {}
 
   int bodies() const { return n_; }

@@ -36,18 +36,13 @@ const simd::LinearKernel& solverFor(const simd::LinearKernels& kernel, bool keep
   return keepsAll ? kernel.complex : kernel.complexAgain;
 }
 
-const simd::LinearKernels& kernelsOf(const simd::Kernel& kernel, bool inSegments) {
-  return inSegments ? kernel.inSegments : kernel.linkByLink;
-}
-
 }  // namespace
 
 template <class Scalar>
-LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, bool inSegments, const simd::Kernel* given,
-                                               Kept kept)
-    : LinearizedSegments(chain, kernelsOf(given ? *given : simd::kernelFor(chain.size()), inSegments),
-                         inSegments ? LaneOrder(chain.size(), given) : LaneOrder(chain.size(), 1), nullptr,
-                         kept) {}
+LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, bool inSegments,
+                                               const simd::Kernel& kernel, Kept kept)
+    : LinearizedSegments(chain, inSegments ? kernel.inSegments : kernel.linkByLink,
+                         LaneOrder(chain.size(), inSegments ? kernel.lanes : 1), nullptr, kept) {}
 
 template <class Scalar>
 LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::LinearKernels& kernels,

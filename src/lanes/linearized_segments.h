@@ -52,10 +52,9 @@ struct SegmentsState {
 template <class Scalar = double>
 class LinearizedSegments {
  public:
-  /// In segments, or link by link, which is faster for short chains: one segment in one lane. Uses the given
-  /// kernel, or else the best of this CPU for so many links. `chain` must outlive this object. Constructors
-  /// allocate; the other functions do not.
-  LinearizedSegments(const Chain& chain, bool inSegments, const simd::Kernel* kernel = nullptr,
+  /// In segments, or link by link, which is faster for short chains: one segment in one lane. `chain` must
+  /// outlive this object. Constructors allocate; the other functions do not.
+  LinearizedSegments(const Chain& chain, bool inSegments, const simd::Kernel& kernel,
                      Kept kept = Kept::whatFits);
   LinearizedSegments(LinearizedSegments&&) = default;
 

@@ -60,21 +60,24 @@ void SeriesStorage::putCart(const Chain& chain) {
                                        axis};
 }
 
-MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* kernel, bool holdsTip)
+MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel& kernel, bool holdsTip)
     : n_(chain.size()),
       leading_(chain.coordinates().leading()),
       orders_(order),
       holdsTip_(holdsTip),
-      // The registers of AVX-512 hold all numbers of a cart and its pole: 1.5 % less time.
-      kernel_(kernel         ? *kernel
-              : leading_ > 0 ? *simd::kernels().front()
-                             : simd::kernelFor(n_)),
+      kernel_(kernel),
       run_(kernel_.series[leading_ > 0 ? 4
                           : holdsTip   ? 3
                                        : std::min(n_, 3) - 1]),
       storage_(n_, order, 1, holdsTip) {
   if (leading_ > 0) storage_.putCart(chain);
   for (int j = 0; j < n_ && leading_ == 0; ++j) storage_.put(j, 0, chain.links()[index(j)]);
+}
+
+const simd::Kernel& MotionSeries::kernelFor(const Chain& chain, simd::KernelChoice choice) {
+  // The registers of AVX-512 hold all numbers of a cart and its pole: 1.5 % less time.
+  if (chain.coordinates().leading() > 0) return *simd::kernels(choice).front();
+  return simd::kernelFor(chain.size(), choice);
 }
 
 bool MotionSeries::areFor(const Chain& chain) {

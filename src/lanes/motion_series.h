@@ -60,9 +60,10 @@ class SeriesStorage {
 
 class MotionSeries {
  public:
-  /// For orders 0 … orders − 1 of α. Uses the given kernel, or else the best of this CPU. holdsTip: at a
-  /// point that rests. Allocates.
-  MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel = nullptr, bool holdsTip = false);
+  /// For orders 0 … orders − 1 of α. holdsTip: at a point that rests. Allocates.
+  MotionSeries(const Chain& chain, int orders, const simd::Kernel& kernel, bool holdsTip = false);
+  /// The best kernel for the series of such a chain.
+  static const simd::Kernel& kernelFor(const Chain& chain, simd::KernelChoice choice);
 
   /// True if such a chain has a series here, as long as nothing else couples its joints: all of them are
   /// revolute, or there are a carriage and one body on it.

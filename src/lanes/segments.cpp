@@ -34,9 +34,9 @@ CacheLines linksInLanes(const Chain& chain, int lanes, int steps, int apart, int
   return links;
 }
 
-Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
-    : kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
-      laneOrder_(chain.size(), kernel),
+Segments::Segments(const Chain& chain, const simd::Kernel& kernel)
+    : kernel_(kernel),
+      laneOrder_(chain.size(), kernel.lanes),
       links_(linksInLaneOrder(chain, laneOrder_)),
       factors_(index(laneOrder_.paddedSize() * simd::SegmentArrays::factorQuantities)) {}
 

@@ -64,8 +64,8 @@ Rotation<double> plainRotation(double theta);
 
 class Segments {
  public:
-  /// Uses the given kernel, or else the best of this CPU for so many links. Allocates.
-  explicit Segments(const Chain& chain, const simd::Kernel* kernel = nullptr);
+  /// Allocates.
+  Segments(const Chain& chain, const simd::Kernel& kernel);
 
   /// A description such as "in 8 segments side by side (avx512)".
   std::string name() const;

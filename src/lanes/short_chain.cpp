@@ -33,8 +33,8 @@ CacheLines twoInLanes(const Chain& chain, int lanes) {
 
 const int ShortChain::most = simd::ShortChains::most;
 
-ShortChain::ShortChain(const Chain& chain, const simd::Kernel* kernel) : n_(chain.size()) {
-  const simd::ShortChains& kind = *(kernel ? *kernel : *simd::kernels().front()).shortChains;
+ShortChain::ShortChain(const Chain& chain, const simd::Kernel& kernel) : n_(chain.size()) {
+  const simd::ShortChains& kind = *kernel.shortChains;
   for (const LoadKind acting : {LoadKind::nothing, LoadKind::moments, LoadKind::forces}) {
     runs_[static_cast<std::size_t>(acting)] = kind.runFor(n_, acting);
   }

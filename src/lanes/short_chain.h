@@ -28,8 +28,8 @@ class ShortChain {
   /// The length of external.e that derivative() needs, for CPUs of up to eight lanes.
   static int roomFor(int n) { return n + 8; }
 
-  /// Uses the given kernel, or else the best of this CPU. Allocates.
-  explicit ShortChain(const Chain& chain, const simd::Kernel* kernel = nullptr);
+  /// Allocates.
+  ShortChain(const Chain& chain, const simd::Kernel& kernel);
 
   /// A description such as "link by link, written out for 5".
   std::string name() const;

@@ -93,7 +93,7 @@ class AdaptiveSteps : public Integrator {
   std::unique_ptr<Stepper> stepper_;
   Tolerance tolerance_;
   std::shared_ptr<LocalStiffness> stiffness_;
-  const simd::VectorKernel& vectors_ = simd::vectors();
+  const simd::VectorKernel& vectors_ = stepper_->system().vectors();
   const double exponent_ = 1.0 / facts().errorOrder, beta_ = std::min(mostBeta, 7 * mostBeta * exponent_);
   const double aimed_ = simd::power(sure, facts().errorOrder);
   double lastLog_ = smallestLog;  ///< of the last step's error, to base 2

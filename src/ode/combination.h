@@ -38,8 +38,9 @@ class NystromRow {
   NystromRow() = default;
   /// weights: at most one a stage, and their sum `drift`. a: the method's. k_j: α_j of `positions`
   /// components, and behind them the derivatives of `others`.
-  NystromRow(const std::vector<double>& weights, double drift, const std::vector<std::vector<double>>& a,
-             const std::vector<double*>& k, Eigen::Index positions, Eigen::Index others)
+  NystromRow(const simd::VectorKernel& kernel, const std::vector<double>& weights, double drift,
+             const std::vector<std::vector<double>>& a, const std::vector<double*>& k, Eigen::Index positions,
+             Eigen::Index others)
       : drift_(drift), positions_(positions), others_(others) {
     constexpr double vanishing = 1e-14;  // what rounding leaves of sums that are zero
     OfTerms<double> twice{};             // weights a
@@ -58,13 +59,13 @@ class NystromRow {
       ++count;
     }
     if (count == 0) return;
-    const simd::VectorKernel& sums = simd::vectors();
-    combineTwice_ = sums.combineTwice[count - 1];
-    combine_ = sums.combine[count - 1];
+    combineTwice_ = kernel.combineTwice[count - 1];
+    combine_ = kernel.combine[count - 1];
   }
   /// A plain sum of `count` components of each k.
-  NystromRow(const std::vector<double>& weights, const std::vector<double*>& k, Eigen::Index count)
-      : NystromRow(weights, 0, {}, k, 0, count) {}
+  NystromRow(const simd::VectorKernel& kernel, const std::vector<double>& weights,
+             const std::vector<double*>& k, Eigen::Index count)
+      : NystromRow(kernel, weights, 0, {}, k, 0, count) {}
 
   /// `sum` gets the sums, `out` those added to `base`. One of the two may be nullptr.
   void run(double h, const double* base, double* sum, double* out) const {

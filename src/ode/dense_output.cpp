@@ -3,12 +3,12 @@
 #include <cmath>
 
 #include "ode/integrator.h"
-#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
 DenseOutput::DenseOutput(SeriesSystem& f)
     : f_(f),
+      vectors_(f.vectors()),
       n_(f.firstRate()),
       turn_(n_),
       quartic_(n_),
@@ -148,7 +148,7 @@ const Vector& DenseOutput::inLaneOrderAt(double t) const {
     const double* terms[] = {
         from.carry.data(),        turn_.data(),           from.y.data() + n_, to.y.data() + n_,
         start_.slope.data() + n_, end_.slope.data() + n_, quartic_.data()};
-    const auto combine = simd::vectors().combine[hasQuartic ? 6 : 5];
+    const auto combine = vectors_.combine[hasQuartic ? 6 : 5];
     combine(1, ofAngles, terms, from.y.data(), increment_.data(), at_.data(), n_);
     terms[0] += n_;
     combine(1, ofRates, terms, from.y.data() + n_, increment_.data() + n_, at_.data() + n_, n_);

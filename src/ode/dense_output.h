@@ -67,6 +67,7 @@ class DenseOutput {
   double middle() const { return start_.state.t + h_ / 2; }
 
   SeriesSystem& f_;
+  const simd::VectorKernel& vectors_;
   const Eigen::Index n_;  ///< positions, in lane order
   double h_ = 0;
   mutable Eigen::VectorXd turn_;      ///< of θ, from end to end

@@ -73,7 +73,7 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
   // Nothing depends on the components behind the rates, and their errors do not count.
   const Eigen::Index behind = size_ - 2 * positions_, others = positions_ > 0 ? 0 : behind;
   const auto row = [&](const std::vector<double>& weights, double drift, Eigen::Index count) {
-    return NystromRow(weights, drift, table.a, k_, positions_, count);
+    return NystromRow(vectors_, weights, drift, table.a, k_, positions_, count);
   };
   a_.reserve(table.a.size());
   for (std::size_t i = 0; i < table.a.size(); ++i) a_.push_back(row(table.a[i], table.c[i], others));

@@ -20,7 +20,6 @@
 #include <Eigen/Core>
 
 #include "ode/integrator.h"
-#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -67,7 +66,7 @@ class Leap {
   mutable Vector increment_;
   Vector change_;
   Eigen::MatrixXd slopes_;  ///< f at the points
-  const simd::VectorKernel& vectors_ = simd::vectors();
+  const simd::VectorKernel& vectors_ = f_.vectors();
 };
 
 }  // namespace planar_chain::ode

@@ -66,12 +66,12 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
     : ImplicitStepper(table, f),
       table_(table),
       rows_(checkedStages(table.m.size(), table.name), static_cast<std::size_t>(f.sizeInLaneOrder())),
-      m_(table.m, U_, f.sizeInLaneOrder()),
-      e_(table.e, U_, f.sizeInLaneOrder()) {
+      m_(vectors_, table.m, U_, f.sizeInLaneOrder()),
+      e_(vectors_, table.e, U_, f.sizeInLaneOrder()) {
   for (auto* rows : {&a_, &C_}) rows->reserve(U_.size());
   for (std::size_t i = 0; i < U_.size(); ++i) {
-    a_.emplace_back(table.a[i], U_, f.sizeInLaneOrder());
-    C_.emplace_back(table.C[i], U_, f.sizeInLaneOrder());
+    a_.emplace_back(vectors_, table.a[i], U_, f.sizeInLaneOrder());
+    C_.emplace_back(vectors_, table.C[i], U_, f.sizeInLaneOrder());
   }
   f_.reserve(0);
 }

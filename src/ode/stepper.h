@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "ode/system.h"
-#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -29,7 +28,7 @@ struct MethodFacts {
 /// Only constructors allocate. No function throws.
 class Stepper {
  public:
-  /// f must outlive the stepper. Chooses the kernel for its vectors.
+  /// f must outlive the stepper.
   Stepper(const MethodFacts& facts, System& f)
       : facts_(facts),
         system_(f),
@@ -90,7 +89,7 @@ class Stepper {
  protected:
   const MethodFacts facts_;
   System& system_;
-  const simd::VectorKernel& vectors_ = simd::vectors();
+  const simd::VectorKernel& vectors_ = system_.vectors();
   Vector increment_, error_;
 };
 

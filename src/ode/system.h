@@ -14,6 +14,7 @@
 
 #include "simd/cache_lines.h"
 #include "simd/snapshot.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -65,6 +66,9 @@ class System {
 
   /// The number of components that its conditions, see project(), leave free.
   virtual int freedoms() const { return size(); }
+
+  /// The kernel for the vectors of its methods.
+  virtual const simd::VectorKernel& vectors() const { return simd::vectors({}); }
 
   virtual int sizeInLaneOrder() const { return size(); }
   /// True if both orders are the same.

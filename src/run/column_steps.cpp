@@ -48,8 +48,8 @@ bool ColumnSteps::enter(double t, const VectorXd& y, const MotionInSeries& motio
   if (!mayBe_ || effects_.acting() == LoadKind::forces) return false;
   if (!series_ || series_->order() != motion.order) {
     const auto numbers = static_cast<int>(numbers_.size());
-    const simd::PlainKernels plain(scene_.integrator.plainKernel);
-    series_.emplace(scene_.chain, motion.order, 3 * n_ + numbers, numbers);
+    const simd::ColumnKernel& kernel = *simd::columnKernels({scene_.integrator.plainKernel}).front();
+    series_.emplace(scene_.chain, motion.order, 3 * n_ + numbers, numbers, kernel);
     for (int p = 0; p < numbers; ++p) series_->change(p) = numbers_[index(p)]->changeOfChain();
   }
   effects_.couple(t, 0, couplings_);

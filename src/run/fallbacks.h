@@ -22,7 +22,6 @@
 #include "run/energy_guard.h"
 #include "run/requirements.h"
 #include "run/stiffest_parameter.h"
-#include "simd/cpu.h"
 
 namespace planar_chain {
 
@@ -175,7 +174,6 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t fallback, cons
 /// The dynamics must outlive the method.
 inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t fallback,
                                                  Dynamics& dynamics) {
-  const simd::PlainKernels plain(scene.integrator.plainKernel);
   const IntegratorSettings settings = settingsOf(scene.integrator, fallback);
   require(settings.method != "taylor" || dynamics.hasSeries(),
           "method taylor needs a Taylor series of all that acts");

@@ -5,7 +5,6 @@
 #include <variant>
 
 #include "run/simulation_parts.h"
-#include "simd/cpu.h"
 #include "simd/snapshot.h"
 
 namespace planar_chain {
@@ -173,7 +172,6 @@ void Simulation::restore(const SavedState& saved) {
            "one of another scene, number of commands or kind of CPU");
   }
   if (hash != hashOf(content)) refuse("a state as it was saved", "one whose bytes have changed");
-  const simd::PlainKernels plain(scene_.integrator.plainKernel);
   Snapshot from = Snapshot::reader(content);
   saveOrRestore(from);
   ++timesSet_;

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "run/simulation_parts.h"
-#include "simd/cpu.h"
 
 namespace planar_chain {
 
@@ -258,7 +257,6 @@ void Simulation::setState(const std::vector<double>& q, const std::vector<double
 }
 
 void Simulation::reset() {
-  const simd::PlainKernels plain(scene_.integrator.plainKernel);
   scene_.drives = drives_;
   scene_.base = base_;
   scene_.integrator = integrator_;

@@ -30,7 +30,7 @@ std::array<double, 2 * axes> motionAt(const Imu& imu, const LinkMotion& link, Ve
 }  // namespace
 
 SensorBank::SensorBank(const Scene& scene)
-    : chain_(scene.chain), rotations_(simd::kernels().front()->rotations) {
+    : chain_(scene.chain), rotations_(simd::kernels({scene.integrator.plainKernel}).front()->rotations) {
   for (const Sensor& sensor : scene.sensors) {
     const auto* encoder = std::get_if<Encoder>(&sensor.kind);
     units_.push_back({&sensor, keyOf(scene.seed, sensor.name), encoder ? encoder->joints.size() : 2 * axes});

@@ -12,8 +12,6 @@ bool isAsked() {
   return value && std::strcmp(value, "1") == 0;
 }
 
-thread_local bool isOn = false;
-
 }  // namespace
 
 #ifdef PLANAR_CHAIN_X86
@@ -37,17 +35,9 @@ bool runsAvx512() {
 
 #endif
 
-PlainKernels::PlainKernels(bool on) : before_(isOn) {
-  isOn = isOn || on;
-}
-
-PlainKernels::~PlainKernels() {
-  isOn = before_;
-}
-
-bool PlainKernels::areOn() {
-  static const bool always = isAsked();
-  return always || isOn;
+bool allArePlain() {
+  static const bool are = isAsked();
+  return are;
 }
 
 }  // namespace planar_chain::simd

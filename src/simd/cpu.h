@@ -11,26 +11,21 @@ namespace planar_chain::simd {
 bool runsAvx2();
 bool runsAvx512();
 
-/// While one that is on exists, this thread chooses the baseline kernels. They have no fused multiplication,
-/// and give the same digits on every x86-64 CPU. The environment variable PLANAR_CHAIN_PLAIN_KERNEL=1 does
-/// the same for the whole program.
-class PlainKernels {
- public:
-  explicit PlainKernels(bool on);
-  ~PlainKernels();
-  PlainKernels(const PlainKernels&) = delete;
-  PlainKernels& operator=(const PlainKernels&) = delete;
-
-  static bool areOn();
-
- private:
-  bool before_;
+/// The kernels to choose from: those of this CPU, or the plain ones. The latter have no fused multiplication,
+/// and give the same digits on every x86-64 CPU.
+struct KernelChoice {
+  bool isPlain = false;
 };
 
-/// The kernels to choose from, the best first; `baseline` runs on every CPU. A kernel that the compiler does
-/// not make is nullptr. The first call for each type allocates.
+/// True if the environment variable PLANAR_CHAIN_PLAIN_KERNEL=1 chooses the plain kernels for the whole
+/// program.
+bool allArePlain();
+
+/// The kernels to choose from, the best first; `baseline` runs on every CPU, and is the plain one. A kernel
+/// that the compiler does not make is nullptr. The first call for each type allocates.
 template <class Kernel>
-const std::vector<const Kernel*>& runnable(const Kernel* avx512, const Kernel* avx2, const Kernel& baseline) {
+const std::vector<const Kernel*>& runnable(const Kernel* avx512, const Kernel* avx2, const Kernel& baseline,
+                                           KernelChoice choice) {
   static const auto all = [&] {
     std::vector<const Kernel*> found;
     if (avx512 && runsAvx512()) found.push_back(avx512);
@@ -39,7 +34,7 @@ const std::vector<const Kernel*>& runnable(const Kernel* avx512, const Kernel* a
     return found;
   }();
   static const std::vector<const Kernel*> plain{&baseline};
-  return PlainKernels::areOn() ? plain : all;
+  return choice.isPlain || allArePlain() ? plain : all;
 }
 
 }  // namespace planar_chain::simd

@@ -1,7 +1,5 @@
 #include "simd/vectors.h"
 
-#include "simd/cpu.h"
-
 namespace planar_chain::simd {
 
 #ifdef PLANAR_CHAIN_X86
@@ -10,12 +8,12 @@ constexpr const VectorKernel* avx2 = &vectorsAvx2;
 constexpr const VectorKernel* avx2 = nullptr;
 #endif
 
-const std::vector<const VectorKernel*>& vectorKernels() {
-  return runnable<VectorKernel>(nullptr, avx2, vectorsBaseline);
+const std::vector<const VectorKernel*>& vectorKernels(KernelChoice choice) {
+  return runnable<VectorKernel>(nullptr, avx2, vectorsBaseline, choice);
 }
 
-const VectorKernel& vectors() {
-  return *vectorKernels().front();
+const VectorKernel& vectors(KernelChoice choice) {
+  return *vectorKernels(choice).front();
 }
 
 }  // namespace planar_chain::simd

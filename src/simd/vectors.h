@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "simd/cpu.h"
+
 namespace planar_chain::simd {
 
 /// The input of an error norm, component by component.
@@ -66,9 +68,9 @@ struct VectorKernel {
 extern const VectorKernel vectorsAvx2, vectorsBaseline;
 
 /// The kernels that this CPU runs, the best first.
-const std::vector<const VectorKernel*>& vectorKernels();
+const std::vector<const VectorKernel*>& vectorKernels(KernelChoice choice = {});
 
 /// The best of them.
-const VectorKernel& vectors();
+const VectorKernel& vectors(KernelChoice choice);
 
 }  // namespace planar_chain::simd

@@ -16,6 +16,7 @@ class CountedSystem : public ode::SeriesSystem {
     ++evaluations;
     f_.derivative(t, y, dydt);
   }
+  const simd::VectorKernel& vectors() const override { return f_.vectors(); }
   int sizeInLaneOrder() const override { return f_.sizeInLaneOrder(); }
   bool hasOneOrder() const override { return f_.hasOneOrder(); }
   void toLaneOrder(const double* y, double* laneOrdered) const override { f_.toLaneOrder(y, laneOrdered); }

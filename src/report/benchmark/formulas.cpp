@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "lanes/kernel.h"
 #include "lanes/short_chain.h"
 
 extern "C" void QDD(double t, const double* q, const double* qd, double* qdd);
@@ -58,7 +59,7 @@ int main() {
     toAbsolute(relative[k].data() + n, n, absolute[k].data() + n);
   }
   const Chain chain = rods();
-  ShortChain kernel(chain);
+  ShortChain kernel(chain, simd::kernelFor(n, {}));
   std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)));
   const Loads external{e.data(), nullptr, nullptr, {0, 9.81}};
   const auto inC = [&](int k) { QDD(0, relative[k].data(), relative[k].data() + n, found[k].data()); };

@@ -88,7 +88,7 @@ template <class Scalar, bool inSegments>
 struct SolverAt {
   explicit SolverAt(int n)
       : at(n, crooked(n)),
-        real(at.scene.chain, inSegments),
+        real(at.scene.chain, inSegments, simd::kernelFor(n, {})),
         complex(real),
         paddedSize(inSegments ? at.dynamics.sizeInLaneOrder() / 2 : n) {
     at.dynamics.derivative(0, at.y.data(), at.dydt.data());

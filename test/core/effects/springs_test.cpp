@@ -79,7 +79,7 @@ TEST_P(SpringsOf, AreThoseOfTheFormula) {
 TEST_P(SpringsOf, AreTheSameInLaneOrder) {
   const Chain chain_ = chain();
   for (const simd::Kernel* kernel : simd::kernels()) {
-    const LaneOrder order(chain_.size(), kernel);
+    const LaneOrder order(chain_.size(), kernel->lanes);
     const auto laneOrdered = [&](const std::vector<double>& values) {
       std::vector<double> all(static_cast<std::size_t>(order.paddedSize()));
       order.toLaneOrder(values.data(), all.data());

@@ -119,7 +119,7 @@ TEST(ColumnSeries, OfEveryKernelAreThoseOfNearMotions) {
     const Eigen::Matrix4Xd joints =
         jointTerms(effects, couplings, scene.chain.coordinates(), 0, motion.y.data());
     for (const simd::ColumnKernel* kernel : simd::columnKernels()) {
-      ColumnSeries series(scene.chain, order, 2 * n + numbers, numbers, kernel);
+      ColumnSeries series(scene.chain, order, 2 * n + numbers, numbers, *kernel);
       for (int i = 0; i < n; ++i) {
         std::copy_n(joints.col(i).data(), 4, series.joint(i));
         series.start(0, i, i) = series.start(1, i, n + i) = 1;

@@ -85,7 +85,7 @@ std::vector<T> restored(const T* all, std::size_t n, const LaneOrder& order) {
 TEST(LaneOrder, PutsSegmentsSideBySide) {
   for (const simd::Kernel* kernel : simd::kernels()) {
     for (const int n : {1, 2, 3, 4, 5, 7, 8, 9, 13, 31, 63, 64, 65, 100, 127, 129, 1000, 1024, 4096}) {
-      const LaneOrder order(n, kernel);
+      const LaneOrder order(n, kernel->lanes);
       ASSERT_GE(order.paddedSize(), n);
       std::vector<double> values;
       std::vector<Vec2d> vectors;
@@ -170,7 +170,7 @@ double errorOf(const std::vector<double>& alpha, const std::vector<long double>&
 /// α by segments.
 std::vector<double> bySegments(const Moving& moving, const simd::Kernel* kernel, const double* N,
                                const Vec2d* F, Vec2d ground) {
-  Segments segments(moving.chain, kernel);
+  Segments segments(moving.chain, *kernel);
   const LaneOrder& order = segments.laneOrder();
   const auto e = laneOrdered(moving.e, order, {1, 0});
   const auto omega = laneOrdered(moving.omega, order);
@@ -233,7 +233,7 @@ TEST(ShortChains, AreAsExactAsTheRecursionLinkByLink) {
           std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)), {0, 0});
           if (acting == LoadKind::forces) std::copy(moving.e.begin(), moving.e.end(), e.begin());
           std::fill(dydt.begin(), dydt.end(), std::nan(""));
-          ShortChain(moving.chain, kernel)
+          ShortChain(moving.chain, *kernel)
               .derivative(acting, {e.data(), moving.moments(acting), moving.forces(acting), ground}, y.data(),
                           dydt.data());
           std::copy(dydt.begin() + n, dydt.end(), alpha.begin());
@@ -257,7 +257,7 @@ TEST(ShortChains, KnowAngleAndNumberOfAnySize) {
     std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)));
     std::vector<double> y(2 * size, 1e15), dydt(2 * size);
     for (const simd::Kernel* kernel : simd::kernels()) {
-      ShortChain chain(moving.chain, kernel);
+      ShortChain chain(moving.chain, *kernel);
       const auto run = [&] {
         chain.derivative(LoadKind::nothing, {e.data(), nullptr, nullptr, {0, 9.81}}, y.data(), dydt.data());
       };
@@ -420,7 +420,7 @@ void compareSolves(const Linear& at, Scalar s, double factor) {
   const double own = worstOf(solution(sequential, at, s), exact);
   for (const simd::Kernel* kernel : simd::kernels()) {
     for (const bool inSegments : {true, false}) {
-      LinearizedSegments<double> real(at.moving.chain, inSegments, kernel);
+      LinearizedSegments<double> real(at.moving.chain, inSegments, *kernel);
       LinearizedSegments<Scalar> keeping(real, Kept::all), computing(real, Kept::least);
       const std::vector<Scalar> x = solution(real, keeping, at, s, true);
       EXPECT_LT(worstOf(x, exact), factor * own + 1e-14) << kernel->name << " " << at.alpha.size();

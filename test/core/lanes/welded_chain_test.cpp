@@ -43,7 +43,7 @@ void compare(int links, unsigned seed, double share) {
       .accelerations({e.data(), omega.data(), nullptr},
                      {N.data(), nullptr, couplings.joints.data(), -1.0 * scene.chain.gravity()}, {},
                      expectedAlpha.data(), expectedMoments.data());
-  WeldedChain welded(scene.chain);
+  WeldedChain welded(scene.chain, simd::kernelFor(scene.chain.size(), {}));
   welded.weld(couplings);
   welded.accelerations(theta.data(), omega.data(), N.data(), alpha.data());
   welded.moments(N.data(), moments.data());

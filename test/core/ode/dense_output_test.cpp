@@ -92,6 +92,16 @@ TEST(DenseOutput, TakesNoProjectionOfAnAngleForARate) {
   }
 }
 
+TEST(DenseOutput, UsesTheKernelOfItsSystem) {
+  struct : Oscillator {
+    const simd::VectorKernel& vectors() const override { return test::idleVectors(); }
+  } f;
+  DenseOutput dense(f);
+  const Step step(0.4);
+  dense.take(step.from, step.to);
+  EXPECT_EQ(dense.at(start + 0.1).head(2), Eigen::Vector2d::Zero());
+}
+
 TEST(DenseOutput, KnowsTheAccelerations) {
   for (const double s : {0.0, 0.3, 0.5, 1.0}) {
     Step step(0.2);

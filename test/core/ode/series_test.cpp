@@ -294,7 +294,7 @@ links:
   for (const simd::Kernel* kernel : simd::kernels()) {
     for (std::size_t last = 1; last < most; ++last) {
       constexpr double untouched = 7;
-      MotionSeries series(scene.chain, static_cast<int>(last), kernel);
+      MotionSeries series(scene.chain, static_cast<int>(last), *kernel);
       std::vector<double> found(4 * last + 8, untouched);
       std::copy_n(std::vector<double>{0.3, 0.9, -0.8, 4}.begin(), 4, found.begin());
       series.find(static_cast<int>(last), {nullptr, nullptr, nullptr, {0, 9.81}}, nullptr, found.data());
@@ -330,7 +330,7 @@ TEST(Series, ThatIsNotFiniteLeavesNoTraceInTheNext) {
           series.find(order, {nullptr, nullptr, nullptr, {0, 9.81}}, nullptr, c.data());
           return c;
         };
-        MotionSeries used(scene.chain, order, kernel), fresh(scene.chain, order, kernel);
+        MotionSeries used(scene.chain, order, *kernel), fresh(scene.chain, order, *kernel);
         EXPECT_FALSE(std::isfinite(find(used, std::numeric_limits<double>::quiet_NaN()).back()));
         EXPECT_EQ(find(used, 2), find(fresh, 2)) << slide << n << kernel->name;
       }
@@ -372,7 +372,7 @@ TEST(Series, AreTheSameByEveryKernel) {
     const Scene scene = test::randomScene(n, 3, {false, false, false});
     const Around around(scene);
     for (const simd::Kernel* kernel : simd::kernels()) {
-      MotionSeries series(scene.chain, order, kernel);
+      MotionSeries series(scene.chain, order, *kernel);
       std::vector<double> c(around.c.size());
       std::copy(around.c.begin(), around.c.begin() + 2 * n, c.begin());
       series.find(order, {nullptr, nullptr, nullptr, -1.0 * scene.chain.gravity()}, nullptr, c.data());
@@ -411,7 +411,7 @@ TEST(Series, OfAPendulumIsTheTextbooksToEveryOrder) {
   for (const simd::Kernel* kernel : simd::kernels()) {
     for (int last = 1; last < most; ++last) {
       constexpr double untouched = 7;
-      MotionSeries series(rod, last, kernel);
+      MotionSeries series(rod, last, *kernel);
       std::vector<double> found(static_cast<std::size_t>(2 * last + 4), untouched);
       found[0] = 1.3;
       found[1] = 0.4;

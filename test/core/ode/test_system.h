@@ -110,6 +110,21 @@ inline double errorOfEqualSteps(Stepper&& stepper, int steps) {
   return testError(state);
 }
 
+/// A kernel whose sums write nothing.
+inline const simd::VectorKernel& idleVectors() {
+  static const simd::VectorKernel idle = [] {
+    simd::VectorKernel kernel = simd::vectorsBaseline;
+    kernel.combine.fill(
+        [](double, const double*, const double* const*, const double*, double*, double*, std::ptrdiff_t) {});
+    kernel.polynomial = [](double, const double*, int, double*, std::ptrdiff_t) {};
+    kernel.largestRatio = [](const simd::ErrorVectors&, const simd::AllowedErrors&, std::ptrdiff_t) {
+      return 0.0;
+    };
+    return kernel;
+  }();
+  return idle;
+}
+
 inline std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance) {
   auto stiffness = std::make_shared<LocalStiffness>(stepper->system());
   return ode::adaptiveSteps(std::move(stepper), std::move(tolerance), std::move(stiffness));

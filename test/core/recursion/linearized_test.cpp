@@ -142,7 +142,7 @@ VectorOf<Scalar> solution(const Scene& scene, Scalar s, const VectorOf<Scalar>& 
     Linearized<Scalar> precise(scene.chain);
     solve(precise, precise);
   } else {
-    LinearizedSegments<double> real(scene.chain, false);
+    LinearizedSegments<double> real(scene.chain, false, simd::kernelFor(scene.chain.size(), {}));
     LinearizedSegments<Scalar> solver(real, Kept::whatFits);
     solve(real, solver);
   }

@@ -135,7 +135,10 @@ TEST(Simulation, SaysWhichRecursionRuns) {
   };
   EXPECT_EQ(recursionFor(100), inSegments(*simd::kernels().front()));
   // 8 pieces of a short one are not worth joining.
-  for (const int n : {13, 20}) EXPECT_EQ(recursionFor(n), inSegments(simd::kernelFor(n)));
+  for (const int n : {13, 20}) EXPECT_EQ(recursionFor(n), inSegments(simd::kernelFor(n, {})));
+  Scene plain = randomScene(100, 1);
+  plain.integrator.plainKernel = true;
+  EXPECT_EQ(Simulation(plain).recursion(), inSegments(simd::kernelBaseline));
 }
 
 TEST(Simulation, PowerInEqualsEnergyRate) {

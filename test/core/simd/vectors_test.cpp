@@ -35,7 +35,7 @@ struct Vectors : testing::TestWithParam<std::ptrdiff_t> {
   template <class F>
   void forKernels(F f) {
     for (const VectorKernel* kernel : vectorKernels()) {
-      SCOPED_TRACE(kernel == &vectors() ? "the best" : "another");
+      SCOPED_TRACE(kernel == &vectors({}) ? "the best" : "another");
       f(*kernel);
     }
   }
