@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 
+import camera  # noqa: E402
 import rosgraph  # noqa: E402
 import rospy  # noqa: E402
 import yaml  # noqa: E402
@@ -38,7 +39,6 @@ ASPECT = 1.27  # of the view in the window of config/planar_chain.rviz
 LONG = 16      # links; a longer chain that falls from rest stays in the lower half of its reach
 TEXT = 0.05    # height of a text, in units of half the height of the view
 TEXT_TOPIC = '/show/energy_%d'  # of each of several chains
-ANGLE = math.pi / 4  # of rviz's camera, upright
 CELLS = 3.75   # least number of grid cells in half the height of the view
 DEFAULT = 2.0  # m: the reach where the scene is refused
 
@@ -162,16 +162,7 @@ def cell(size):
 def fit(config, centre, half, frame=None):
     manager = config['Visualization Manager']
     for view in (manager['Views']['Current'], *(manager['Views'].get('Saved') or ())):
-        distance = half / math.tan(view.get('Field of View', ANGLE) / 2)
-        if view['Class'] == 'rviz/Orbit':
-            view['Distance'] = distance
-            view['Focal Point'].update(X=centre[0], Z=centre[1])
-        elif view['Class'] == 'rviz/FrameAligned':  # in the axes of its frame: the world's z is up, a chain's is to the front
-            x, y = centre
-            view['Pitch'], place = (math.pi / 2, (x, y, distance)) if frame else (0, (x, -distance, y))
-            view['Position'] = dict(zip('XYZ', place))
-        if frame:
-            view['Target Frame'] = frame
+        camera.place(view, centre, half, frame)
     for display in manager['Displays']:
         if display['Class'] == 'rviz/Grid':
             display['Cell Size'] = cell(half / CELLS)
