@@ -189,7 +189,8 @@ class State:
         self.cancels = {}
         if self.formulas.chain.rows:  # B is M⁻¹ less what the tip takes of it, which may be all; q̈ has a part of each force
             inverse = np.linalg.inv(self.expected["M"])
-            self.cancels = {"B": abs(inverse).max(), "qdd": abs(inverse @ self.expected["J_c"].T @ self.expected["phi"]).max()}
+            self.cancels = {"B": abs(inverse).max(), "qdd": abs(inverse @ self.expected["J_c"].T @ self.expected["phi"]).max(),
+                            "c": abs(self.expected["J_c"]).max() * np.square(np.cumsum(self.qd * turns)).max()}  # links of a ring go round
 
     @property
     def outputs(self):
