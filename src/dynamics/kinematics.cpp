@@ -51,9 +51,9 @@ FrameMotion motionOf(const Scene& scene, const Frame& frame, double t, const Vec
   std::vector<Fault> faults;
   checkTime(t, faults);
   check(scene, frame, faults);
-  const bool haveSizes = checkNumbers("q", scene, q, "rad", faults) &
-                         checkNumbers("qd", scene, qd, "rad/s", faults) &
-                         checkNumbers("qdd", scene, qdd, "rad/s²", faults);
+  bool haveSizes = checkNumbers("q", scene, q, "rad", faults);
+  haveSizes = checkNumbers("qd", scene, qd, "rad/s", faults) && haveSizes;
+  haveSizes = checkNumbers("qdd", scene, qdd, "rad/s²", faults) && haveSizes;
   if (!haveSizes || !faults.empty()) throw Refused(std::move(faults));
 
   const Coordinates& coordinates = scene.chain.coordinates();
