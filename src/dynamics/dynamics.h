@@ -15,7 +15,7 @@
 /// length of the chain and by what the effects say of themselves: written out or in segments
 /// (Recursion); or with joints of any kind, a moving base and welded bodies (GeneralMotion). If the base
 /// turns, θ and ω are measured from it, and states are in chain order. The loop of a chain without effects
-/// contains no test for them. Effects sums powers, and this makes works of them, for all recursions.
+/// contains no test for them. Effects sums the powers; Dynamics integrates them, for all recursions.
 
 #include <complex>
 #include <memory>

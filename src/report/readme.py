@@ -103,7 +103,7 @@ def written(text, facts, race):
             (r"(?<=\n\|--:\|--:\|--:\|--:\|--:\|\n)(\|.*\n)+", table(rows[0], rows[1:]) + "\n"),
             (r"(?<=\n\|---\|---\|---\|--:\|\n)(\|.*\n)+", table(
                 [f"{exact['trajectories']} motions of 1 to 100 links", "`dopri5`, 1e-12", "quadruple precision",
-                 f"{exact['roundings']:.2g} times that of rounding the scene's numbers"],
+                 f"{exact['roundings']:.2g} times the error that rounding the scene's numbers causes"],
                 [["`beam`: 40 stiff links, 5 s", "`auto`, 1e-8", "the published solution",
                   f"{exact['beam']['error']:.2g} rad"],
                  ["`cable`: 10,000 stiff links, 10 s", "`rodas5p`, 0.15", "`radau13`, 1e-6",
