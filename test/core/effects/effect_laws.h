@@ -21,6 +21,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "dynamics/dynamics.h"
@@ -35,16 +36,16 @@ namespace planar_chain::test {
 
 class EffectLaws {
  public:
-  EffectLaws(const Scene& scene, double t)
-      : scene_(scene),
+  EffectLaws(Scene scene, double t)
+      : scene_(std::move(scene)),
         t_(t),
-        n_(scene.chain.size()),
-        coordinates_(scene.chain.coordinates()),
-        dynamics_(scene),
+        n_(scene_.chain.size()),
+        coordinates_(scene_.chain.coordinates()),
+        dynamics_(scene_),
         y_(dynamics_.size()) {
     y_.setZero();
-    coordinates_.toAbsolute(scene.q.data(), y_.data());
-    coordinates_.toAbsolute(scene.qd.data(), y_.data() + n_);
+    coordinates_.toAbsolute(scene_.q.data(), y_.data());
+    coordinates_.toAbsolute(scene_.qd.data(), y_.data() + n_);
     dynamics_.enter(t);
     dynamics_.enterState(t, y_.data());
     dynamics_.hold(t, y_.data());
