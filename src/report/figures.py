@@ -79,7 +79,7 @@ def logarithmic(axes, x_label, title="", y_label=""):
     if y_label:
         axes.set_ylabel(y_label)
     width = axes.get_position().width * axes.figure.get_figwidth()
-    for axis, most in ((axes.xaxis, 2.6 * width), (axes.yaxis, 8)):
+    for axis, most in ((axes.xaxis, 2.3 * width), (axes.yaxis, 8)):
         axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=int(most)))
         axis.set_minor_locator(matplotlib.ticker.NullLocator())
         axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"1e{round(math.log10(value))}"))

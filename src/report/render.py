@@ -30,7 +30,7 @@ from results import grouped, number, read_table  # noqa: E402  pylint: disable=w
 
 HERE = pathlib.Path(__file__).resolve().parent
 DPI = 100    # of a PNG
-COLOURS = 48  # in a PNG
+COLOURS = 56  # in a PNG
 
 
 def digits(value, form=".3g", times=1):
@@ -55,14 +55,16 @@ def made(facts):
 
 
 def with_palette(image):
-    """The picture with the colours of curves and its most frequent ones: even areas keep theirs, edges take the nearest."""
+    """The picture with few colours: even areas keep theirs, edges take the nearest of the most frequent ones."""
     pixels = np.asarray(image.convert("RGB")).astype(int) @ [65536, 256, 1]
     colours, places, counts = np.unique(pixels, return_inverse=True, return_counts=True)
-    curves = [int(matplotlib.colors.to_hex(colour)[1:], 16) for colour in figures.COLOURS.values()]
-    kept = colours[np.lexsort((-counts, ~np.isin(colours, curves)))[:COLOURS]]
+    places = places.reshape(pixels.shape)
+    corner = places[:-1, :-1]
+    even = np.bincount(corner[(corner == places[1:, :-1]) & (corner == places[:-1, 1:])], minlength=len(colours))
+    kept = colours[np.lexsort((-counts, -even))[:COLOURS]]
     parts, kept_parts = (np.stack([each >> 16, each >> 8 & 255, each & 255], axis=-1) for each in (colours, kept))
     nearest = ((parts[:, None] - kept_parts) ** 2).sum(axis=2).argmin(axis=1).astype(np.uint8)
-    picture = PIL.Image.fromarray(nearest[places].reshape(pixels.shape), "P")
+    picture = PIL.Image.fromarray(nearest[places], "P")
     picture.putpalette(kept_parts.astype(np.uint8).tobytes())
     return picture
 

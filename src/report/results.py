@@ -112,11 +112,11 @@ def worst_step(group, level):
 
 
 def best_of_engines(rows, side):
-    """The method of each engine of a side that reaches most levels, and of these the one that is the fastest; best engine first."""
+    """The method of each engine of a side that reaches most levels, and of these the fastest in the mean; best engine first."""
     times = times_to(rows)
 
     def worth(who):
-        return len(times[who]), -min(times[who].values(), default=0)
+        return len(times[who]), -sum(map(math.log, times[who].values()))
 
     engines = dict.fromkeys(who[0] for who in times if side_of(who) == side)
     return sorted((max((who for who in times if who[0] == engine), key=worth) for engine in engines), key=worth, reverse=True)
@@ -197,9 +197,14 @@ def ahead(cells, least, most=math.inf):
 
 
 def in_words(found):
-    """The cells that ahead() gives, as a text."""
-    words = [f"{scene} ({engine}): " + ", ".join(f"{ratio:.2f} at {LEVELS[level]}".replace("inf", "not reached") for level, ratio in those)
-             for scene, engine, those in found]
+    """The cells that ahead() gives, as a text: scene (engine): least to largest ratio at these errors."""
+    words = []
+    for scene, engine, those in found:
+        levels, ratios = zip(*those)
+        is_range = len(levels) > 1 and levels == tuple(range(levels[0], levels[-1] + 1))
+        ends = dict.fromkeys(f"{ratio:.2f}".replace("inf", "not reached") for ratio in (min(ratios), max(ratios)))
+        named = [LEVELS[level] for level in (levels[::len(levels) - 1] if is_range else levels)]
+        words.append(f"{scene} ({engine}): {' to '.join(ends)} at {(' to ' if is_range else ', ').join(named)}")
     return "; ".join(words) or "in no cell"
 
 
