@@ -2,13 +2,12 @@
 # CMakeLists.txt.
 if(EXISTS "${python_headers}/Python.h" AND NOT PLANAR_CHAIN_SANITIZE AND NOT CMAKE_CROSSCOMPILING)
   set(PYBIND11_NOPYTHON ON)  # it would look for a python of its own, that of ROS 2
-  if(SKBUILD)
-    find_package(pybind11 2.12 CONFIG REQUIRED)  # knows NumPy 2
-  else()
-    find_package(pybind11 CONFIG QUIET)
-  endif()
+  find_package(pybind11 CONFIG QUIET)
 endif()
 if(NOT pybind11_FOUND)
+  if(SKBUILD)
+    message(FATAL_ERROR "pip needs pybind11 here without its own environment")
+  endif()
   message(STATUS "No Python module: it needs pybind11 (./test/run installs it), and a build for the python that is here")
   return()
 endif()
