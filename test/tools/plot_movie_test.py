@@ -217,7 +217,7 @@ class Animate(PlotTool):
                                            ([0.0, 1.0], np.zeros((2, 3)), {}, "states: expected 2 rows of 2 or 4 finite numbers, got an array of shape"),
                                            ([0.0, 1.0], np.full((2, 2), np.nan), {}, "states: expected 2 rows of 2 or 4 finite numbers"),
                                            ([0.0, 1.0], np.zeros((2, 2)), {"speed": 0}, "speed: expected a number above 0, got 0"),
-                                           ([0.0, 1.0], np.zeros((2, 2)), {"points": ["elbow"]}, "points: expected tip or")):
+                                           ([0.0, 1.0], np.zeros((2, 2)), {"points": ["elbow"]}, "points: expected tip, a frame of")):
             with self.assertRaisesRegex(ValueError, fault):
                 self.animate(scene, times, states, **more)
 
