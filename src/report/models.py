@@ -77,8 +77,10 @@ def by_kane(scene, times, joints, method, tolerance):
 
 def from_file(text):
     """Models as in test/reference/models/models.json. Figures keep their digits. `tolerance` is that of Dymola by default."""
+    from planar_chain import Scene  # pylint: disable=import-outside-toplevel
     for one in json.loads(text, parse_float=decimal.Decimal):
-        scene, rows = json.loads(json.dumps(one["scene"], default=float)), one["rows"]
+        scene, rows = one["scene"], one["rows"]
+        scene = Scene.from_file(scene).to_dict() if isinstance(scene, str) else json.loads(json.dumps(scene, default=float))
         scene.pop("integrator", None)
         times, joints = [float(row[0]) for row in rows], one["joints"]
         run, bdf, second = motion(scene, times, joints), None, ("radau13", None)
