@@ -195,6 +195,9 @@ class Animate(PlotTool):
         movie.save(self.path("run.gif"))
         with Image.open(self.path("run.gif")) as gif:
             self.assertEqual(gif.n_frames, 6)
+        movie.save(self.path("run.gif"), dpi=DPI // 2)
+        with Image.open(self.path("run.gif")) as gif:
+            np.testing.assert_allclose(gif.size, np.array(first.size) / 2, atol=1)
         with self.assertRaisesRegex(ValueError, r"expected a name that ends in .gif, .mp4 or .html, got run.avi"):
             movie.save("run.avi")
 
@@ -214,7 +217,7 @@ class Animate(PlotTool):
                                            ([0.0, 1.0], np.zeros((2, 3)), {}, "states: expected 2 rows of 2 or 4 finite numbers, got an array of shape"),
                                            ([0.0, 1.0], np.full((2, 2), np.nan), {}, "states: expected 2 rows of 2 or 4 finite numbers"),
                                            ([0.0, 1.0], np.zeros((2, 2)), {"speed": 0}, "speed: expected a number above 0, got 0"),
-                                           ([0.0, 1.0], np.zeros((2, 2)), {"points": ["elbow"]}, "points: expected tip or")):
+                                           ([0.0, 1.0], np.zeros((2, 2)), {"points": ["elbow"]}, "points: expected tip, a frame of")):
             with self.assertRaisesRegex(ValueError, fault):
                 self.animate(scene, times, states, **more)
 
