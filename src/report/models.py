@@ -180,10 +180,12 @@ def rows_of(model):
         names = [(name, names[-1][1]) for name in dict.fromkeys(name for name, _ in names)]
         columns = [numpy.sqrt(numpy.mean(column.reshape(-1, len(names)) ** 2, axis=0)) for column in columns]
         columns[:2] = numpy.full((2, len(names)), numpy.nan)
+    source = model.source
     for (name, t), unit, (figure, value, difference, by_second, by_tighter, by_bdf) in zip(names, units, zip(*columns)):
         right = judged(model.kind, difference, doubt, unit, bdf.max())
-        yield [model.name, model.source, name, t if t == "" else f"{t:g}", figure, value, f"{difference:.3g}", model.second[0],
+        yield [model.name, source, name, t if t == "" else f"{t:g}", figure, value, f"{difference:.3g}", model.second[0],
                f"{by_second:.2g}", f"{by_tighter:.2g}", f"{by_bdf:.2g}", right]
+        source = ""  # stands in the first row of a model
 
 
 def why_not():

@@ -17,8 +17,8 @@ def doubt(row):
 def lines(rows):
     """The row of each model in which the figure and ours differ most, of those that are the least right."""
     order = list(WORDS).index
-    return [max(group, key=lambda row: (row["right"] != "machine" and order(row["right"]), number(row["difference"])))
-            for group in grouped(rows, "model").values()]
+    return [{**max(group, key=lambda row: (row["right"] != "machine" and order(row["right"]), number(row["difference"]))),
+             "source": group[0]["source"]} for group in grouped(rows, "model").values()]
 
 
 def differences(rows):
