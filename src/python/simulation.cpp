@@ -172,7 +172,17 @@ void bindState(py::class_<Running>& simulation) {
           },
           q, qd,
           "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "
-          "the torques in the lags of motors: restore() sets those, too.")
+          "the torques in the lags of motors: motor_torques sets those.")
+      .def_property(
+          "motor_torques", [](Running& self) { return copyOf(self.idle().motorTorques()); },
+          [](Running& self, const py::object& torques) {
+            self.idle().setMotorTorques(numbersOf(torques, "motor_torques", self.size()));
+          },
+          R"(The torque in the lag of each joint's motor (time_constant), n, N m: what the motor gives, unless its
+torque-speed line bounds it. Without a lag, the commanded torque that acts.
+
+It can be set, after hold_torques(), so that a run begins in a pose that motors hold. A torque without a lag stays what
+is commanded; another one is refused.)")
       .def(
           "settle",
           [](Running& self) {
