@@ -301,8 +301,8 @@ TEST(AMotor, RefusesATorqueThatItCannotHave) {
       EXPECT_EQ(refused.what(), words);
     }
   };
-  expectRefused(lagging, -2.5, "motor_torques/0: expected a torque from -2 to 2 N m, found -2.5");
-  expectRefused(prompt, 1, "motor_torques/0: expected 2 N m, as commanded: wheel_joint has no lag, found 1");
+  expectRefused(lagging, -2.5, "motor_torques/0: expected a torque from -2 to 2 N m, got -2.5");
+  expectRefused(prompt, 1, "motor_torques/0: expected 2 N m, as commanded: wheel_joint has no lag, got 1");
   EXPECT_THROW(lagging.setMotorTorques({1, 1}), std::invalid_argument);
   EXPECT_EQ(lagging.motorTorques(), std::vector<double>{0});
 }

@@ -157,7 +157,7 @@ chain: [a, b]
 gravity: [0, 0]
 links:
   a: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], joint: {friction: 0.5, breakaway: 0.8, motor: {time_constant: 0.1}}}
-  b: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], joint: {stiffness: 2}, initial: {angle: 0.1}}
+  b: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], joint: {stiffness: 2}, initial: {angle: 0.02}}
 )",
      {{1.5, 0}, {2, 0}, {0, 0}},
      3e-5},
