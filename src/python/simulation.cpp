@@ -327,8 +327,8 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
       R"(Returns the states at the times (s, from 0, never falling): times × 2n, q (rad) and then q̇ (rad/s).
 
 With derivatives, a list of "state", "torques" and paths of numbers of the scene, it returns a Run: states, and the dict
-derivatives, whose arrays are times × 2n × columns: by the first state, by torques that are held in the joints, by each
-number. Raises ValueError if the motion has none.
+derivatives, whose arrays are times × 2n × columns: by the first state, by torques that are held in the joints (no motor
+acts), by each number. Raises ValueError if the motion has none.
 
 With events, as Simulation.advance_to() takes them, it returns a Run, too: times and states up to a terminal event, whose
 number is terminal, and t_events and y_events.
