@@ -25,6 +25,7 @@ sys.dont_write_bytecode = True  # the script lies in a folder of sources
 
 import figures  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
+import rivals  # noqa: E402  pylint: disable=wrong-import-position
 from results import grouped, number, read_table  # noqa: E402  pylint: disable=wrong-import-position
 
 DPI = 108     # of a PNG
@@ -99,7 +100,7 @@ def write(folder, data, titles):
     measured = grouped(tables["race"], "scene")
     scenes = {name: {**title, "rows": measured[name], "floor": floor_of(read_table(data / f"{name}.csv"))}
               for name, title in titles.items() if name in measured}
-    facts = dict(about=about, tables=tables, scenes=scenes, figures=figures, results=results, save=Pictures(folder).save,
+    facts = dict(about=about, tables=tables, scenes=scenes, figures=figures, results=results, rivals=rivals, save=Pictures(folder).save,
                  cells={(name, level): results.verdict(scene["rows"], level, scene["floor"])
                         for name, scene in scenes.items() for level in results.LEVELS})
     environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,

@@ -28,6 +28,9 @@ const std::vector<Team>& teams() {
 #ifdef WITH_ODE
       odeTeam(),
 #endif
+#ifdef WITH_PINOCCHIO
+      pinocchioTeam(),
+#endif
 #ifdef WITH_SIMBODY
       simbodyTeam(),
 #endif

@@ -35,7 +35,7 @@ class Contest:
             line = next(row for row in csv.DictReader(file) if row["name"] == name)
         scene = line["scene"].replace("config/", "config/scenes/") if line["scene"].startswith("config/") else line["scene"]
         chain = json.loads(subprocess.run([equations, data / scene, "--chain"], stdout=subprocess.PIPE, check=True).stdout)
-        self.name, self.end = name, float(line["end_s"])
+        self.name, self.path, self.end = name, data / scene, float(line["end_s"])
         self.gravity, self.links, self.q, self.qd = (chain[key] for key in ("gravity", "links", "q", "qd"))
         self.joints = [link["joint"] for link in self.links]
         self.has_cart = self.joints[0].get("type") == "prismatic"

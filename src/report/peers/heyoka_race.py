@@ -4,6 +4,11 @@
 The equations are those that suit it best: of one link, of two and of a pole on a cart the closed form by Cramer's rule; of
 more, the articulated recursion, written as expressions.
 """
+import json
+import math
+import pathlib
+import statistics
+import subprocess
 import time
 
 import heyoka as hy
@@ -12,6 +17,8 @@ import numpy as np
 import contest as contests
 
 LONGEST = 20  # links: the expressions of more take minutes to compile
+OWN = pathlib.Path(__file__).with_name("own_batches.py")
+LANES = 8
 MOST_STEPS = 20000
 FIRST = 1e-3  # s, the most that the first step takes: where a motion's first orders vanish, as from rest in line, it would take all
 
@@ -126,7 +133,65 @@ class Run:
         return theta, omega, 0, self.steps, 0
 
 
+# ---- Beside the race ---------------------------------------------------------------------------
+
+def compiling(contest):
+    """What compiling a step takes, without heyoka's cache of earlier ones on disk."""
+    hy.llvm_state.set_diskcache_enabled(False)
+    for k in (3, 6, 9):
+        yield f"1e-{k}", Run(contest, 10.0**-k).compiled_in, math.nan
+
+
+def starts_near(contest, runs):
+    """Within 0.1 rad and rad/s of the scene's own start, relative coordinates."""
+    return np.array(contest.q + contest.qd) + np.random.default_rng(1).uniform(-0.1, 0.1, (runs, 2 * len(contest)))
+
+
+def in_batches(contest, starts, tolerance, repetitions=1):
+    """The angles at the end of each start, by batches of eight, and the median time of a run."""
+    first = np.hstack([np.cumsum(part, axis=1) for part in np.split(starts, 2, axis=1)])
+    method = hy.taylor_adaptive_batch(system(contest), np.zeros((first.shape[1], LANES)), tol=tolerance, compact_mode=False)
+    taken = []
+    for _ in range(repetitions):
+        ends, seconds = [], 0
+        for k in range(0, len(first), LANES):
+            method.set_time(np.zeros(LANES))
+            method.state[:] = first[k:k + LANES].T
+            began = time.process_time()
+            method.propagate_until(np.full(LANES, contest.end))
+            seconds += time.process_time() - began
+            ends.append(method.state.T[:, :len(contest)].copy())
+        taken.append(seconds)
+    return np.vstack(ends), statistics.median(taken) / len(starts)
+
+
+def by_simulate_many(contest, starts, tolerance, repetitions):
+    batch = {"path": str(contest.path), "tolerance": tolerance, "starts": starts.tolist(), "end": contest.end, "repetitions": repetitions}
+    result = json.loads(subprocess.run([OWN], input=json.dumps(batch), stdout=subprocess.PIPE, universal_newlines=True, check=True).stdout)
+    return np.cumsum(np.array(result["states"])[:, :len(contest)], axis=1), statistics.median(result["seconds"]) / len(starts)
+
+
+def batches(contest, quick):
+    """(program, tolerance, s a run, the median run's error) on one core; errors against heyoka's own at 1e-18."""
+    starts = starts_near(contest, 16 if quick else 128)
+    exact = in_batches(contest, starts, 1e-18)[0]
+    for k in (6, 9, 12) if quick else range(3, 14):
+        for name, way in (("heyoka", in_batches), ("planar_chain", by_simulate_many)):
+            ends, seconds = way(contest, starts, 10.0**-k, 3 if quick else 15)
+            yield name, f"1e-{k:02}", seconds, np.median(np.abs(ends - exact).max(axis=1))
+
+
+def beside(contest, quick):
+    """Rows of peers.csv."""
+    if takes(contest):
+        for setting, seconds, error in contests.lines_of(lambda: compiling(contest)):
+            print(contest.name, "heyoka", "compile a step", setting, f"{seconds:.3e}", error, sep=",")
+    if contest.name == "double":
+        for name, setting, seconds, error in contests.lines_of(lambda: batches(contest, quick)):
+            print(contest.name, name, "a run in a batch on one core", setting, f"{seconds:.3e}", f"{error:.2e}", sep=",", flush=True)
+
+
 METHODS = [contests.Method("Taylor", False, takes, Run)]
 
 if __name__ == "__main__":
-    contests.main("heyoka", METHODS)
+    contests.main("heyoka", METHODS, {"peers": beside})
