@@ -195,6 +195,9 @@ class Animate(PlotTool):
         movie.save(self.path("run.gif"))
         with Image.open(self.path("run.gif")) as gif:
             self.assertEqual(gif.n_frames, 6)
+        movie.save(self.path("run.gif"), dpi=DPI // 2)
+        with Image.open(self.path("run.gif")) as gif:
+            np.testing.assert_allclose(gif.size, np.array(first.size) / 2, atol=1)
         with self.assertRaisesRegex(ValueError, r"expected a name that ends in .gif, .mp4 or .html, got run.avi"):
             movie.save("run.avi")
 
