@@ -1,0 +1,125 @@
+#!/usr/bin/python3
+"""Other programs in the report, none of them installed: the first lines of its pages from made-up tables, what cannot be had, and runs
+that fail.
+
+    peers_test.py BIN [unittest options]        BIN is not used
+"""
+import contextlib
+import io
+import math
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+from unittest import mock
+
+sys.dont_write_bytecode = True
+REPORT = pathlib.Path(__file__).resolve().parents[2] / "src/report"
+sys.path[:0] = [str(REPORT), str(REPORT / "peers")]
+import contest  # noqa: E402  pylint: disable=wrong-import-position
+import environment  # noqa: E402  pylint: disable=wrong-import-position
+import rivals  # noqa: E402  pylint: disable=wrong-import-position
+
+
+def curve(engine, method, **seconds):
+    """A row for each error."""
+    return [{"engine": engine, "method": method, "setting": "1", "error_theta": error, "cpu_seconds": str(time), "evaluations": "0",
+             "outcome": "ok"} for error, time in zip(("1e-3", "1e-6", "1e-9"), seconds["ms"])]
+
+
+class FirstLines(unittest.TestCase):
+    SCENES = {"swing": {"rows": [*curve("planar_chain", "auto", ms=(1, 3, 4)), *curve("planar_chain", "taylor", ms=(0.1, 0.1, 0.1)),
+                                 *curve("heyoka", "Taylor", ms=(4, 4, 3)), *curve("MuJoCo", "RK4", ms=(40,)),
+                                 *curve("odeint", "Fehlberg 7(8)", ms=(0.1, 0.1, 0.1))]},
+              "fall": {"rows": [*curve("planar_chain", "auto", ms=(1,)), *curve("Drake", "RK5", ms=(2, 5))]}}
+
+    def test_they_name_each_cell_where_another_is_faster_or_the_aim_is_missed(self):
+        text = rivals.first_lines(self.SCENES)
+        self.assertIn("reaches 5 cells", text)
+        self.assertIn("half of the next best program's time in 2 of them", text)
+        faster, missed = text.split("faster in 2: ")[1].split("half of its time in 1: ")
+        self.assertIn("swing to 1e-9 (heyoka: 4e+03 beside 3e+03 ms, ratio 1.33)", faster)
+        self.assertIn("fall to 1e-6 (Drake: 5e+03 ms, not reached by auto)", faster)
+        self.assertIn("swing to 1e-6 (heyoka: 3e+03 beside 4e+03 ms, ratio 0.75)", missed)
+
+    def test_each_cell_has_our_time_the_next_best_and_the_ratio(self):
+        cells = {(cell.scene, cell.error): cell for cell in rivals.cells(self.SCENES)}
+        self.assertEqual(len(cells), 6)
+        self.assertEqual(cells["swing", "1e-3"], ("swing", "1e-3", 1, ("heyoka", "Taylor"), 4, 0.25))
+        self.assertEqual(cells["fall", "1e-9"][2:], (None, None, None, None))
+
+    def test_nobody_beside_us(self):
+        rows = {"swing": {"rows": curve("planar_chain", "auto", ms=(1,))}}
+        self.assertEqual(rivals.first_lines(rows), "No other program was measured.")
+
+
+class CannotBeHad(unittest.TestCase):
+    def test_without_an_environment_every_program_has_a_line(self):
+        with tempfile.TemporaryDirectory() as name:
+            with mock.patch.multiple(environment, FOLDER=pathlib.Path("/dev/null/peers"), SOURCE=pathlib.Path(name)):
+                peers = environment.Peers()
+            self.assertEqual(os.listdir(name), [])
+        self.assertEqual(set(peers.left_out), {*environment.REQUIREMENTS, "report_peers"})
+        for why in peers.versions().values():
+            self.assertRegex(why, r"^left out: [^\n]+$")
+        self.assertEqual(list(peers.commands("race", [], "equations")), [])
+
+    def test_a_program_that_the_index_does_not_have_is_left_out_alone(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name) / "peers"
+            with mock.patch.multiple(environment, FOLDER=folder, REQUIREMENTS={"Nobody": "planar-chain-nobody==0", "Pip": "pip"}), \
+                    mock.patch.dict(os.environ, PIP_NO_INDEX="1"):
+                left_out = environment.install()
+            self.assertTrue((folder / "bin/python").exists())
+        self.assertEqual(list(left_out), ["Nobody"])
+        self.assertRegex(left_out["Nobody"], r"^no planar-chain-nobody==0: [^\n]*planar-chain-nobody")
+
+
+class Run:
+    """Ends `off` the mark; or it gives up, crashes or raises."""
+
+    def __init__(self, off, arrives=True):
+        self.off, self.arrives = off, arrives
+
+    def start(self):
+        pass
+
+    def go(self):
+        if self.off is None:
+            os.abort()
+        return self.arrives
+
+    def read(self):
+        return [1 + self.off], [2 - self.off], 7, 5, 1
+
+
+class Race(unittest.TestCase):
+    def rows(self, make):
+        """{setting: (error of θ, outcome)}"""
+        scene = mock.Mock(end=1, errors=lambda theta, omega: contest.Contest.errors(mock.Mock(ends=[[(0, 1.0)], [(0, 2.0)]]), theta, omega))
+        scene.name = "made up"
+        text = io.StringIO()
+        with contextlib.redirect_stdout(text):
+            contest.race("engine", [contest.Method("method", False, lambda _: True, make)], scene, True)
+        cells = [line.split(",") for line in text.getvalue().splitlines()]
+        for line in cells:
+            self.assertEqual((line[:3], len(line)), (["made up", "engine", "method"], 12))
+        return {line[3]: (float(line[4]), line[-1]) for line in cells}
+
+    def test_errors_and_failures_are_told_apart(self):
+        runs = {1e-3: Run(0.5), 1e-6: Run(3.0), 1e-9: Run(0.0, False)}
+        rows = self.rows(lambda _, setting: runs[setting])
+        self.assertEqual(rows["0.001"], (0.5, "ok"))
+        self.assertEqual([rows[setting][1] for setting in ("1e-06", "1e-09")], ["diverged", "refused"])
+        self.assertTrue(math.isnan(rows["1e-06"][0]))
+
+    def test_a_crash_costs_its_points_only(self):
+        self.assertEqual(set(self.rows(lambda _, setting: Run(None if setting == 1e-6 else 0.0))), {"0.001"})
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    del sys.argv[1]
+    unittest.main()
