@@ -9,8 +9,10 @@ import io
 import math
 import os
 import pathlib
+import signal
 import sys
 import tempfile
+import time
 import unittest
 from unittest import mock
 
@@ -77,17 +79,18 @@ class CannotBeHad(unittest.TestCase):
 
 
 class Run:
-    """Ends `off` the mark; or it gives up, crashes or raises."""
+    """Ends `off` the mark; or it gives up, takes long, or crashes."""
 
-    def __init__(self, off, arrives=True):
-        self.off, self.arrives = off, arrives
+    def __init__(self, off, arrives=True, seconds=0):
+        self.off, self.arrives, self.seconds = off, arrives, seconds
 
     def start(self):
         pass
 
     def go(self):
         if self.off is None:
-            os.abort()
+            os.kill(os.getpid(), signal.SIGKILL)
+        time.sleep(self.seconds)
         return self.arrives
 
     def read(self):
@@ -101,7 +104,7 @@ class Race(unittest.TestCase):
         scene.name = "made up"
         text = io.StringIO()
         with contextlib.redirect_stdout(text):
-            contest.race("engine", [contest.Method("method", False, lambda _: True, make)], scene, True)
+            contest.race("engine", [contest.Method("method", False, lambda _: True, make)], scene, True, 1)
         cells = [line.split(",") for line in text.getvalue().splitlines()]
         for line in cells:
             self.assertEqual((line[:3], len(line)), (["made up", "engine", "method"], 12))
@@ -114,8 +117,10 @@ class Race(unittest.TestCase):
         self.assertEqual([rows[setting][1] for setting in ("1e-06", "1e-09")], ["diverged", "refused"])
         self.assertTrue(math.isnan(rows["1e-06"][0]))
 
-    def test_a_crash_costs_its_points_only(self):
-        self.assertEqual(set(self.rows(lambda _, setting: Run(None if setting == 1e-6 else 0.0))), {"0.001"})
+    def test_a_crash_and_a_run_without_end_cost_the_points_that_follow(self):
+        for bad, outcome in ((Run(None), "refused"), (Run(0.0, seconds=20), "timed out")):
+            rows = self.rows(lambda _, setting: bad if setting == 1e-6 else Run(0.0))  # pylint: disable=cell-var-from-loop
+            self.assertEqual({setting: row[1] for setting, row in rows.items()}, {"0.001": "ok", "1e-06": outcome})
 
 
 if __name__ == "__main__":

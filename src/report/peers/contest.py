@@ -19,7 +19,6 @@ import time
 import traceback
 
 LOST = 1          # rad: the run has nothing to do with the motion any more
-PATIENCE = 60     # s that a point may take, in which it may be compiled
 IS_SHORT = 0.03   # s: such runs are made in three turns
 
 # takes(contest); make(contest, setting) returns a run with start(), go() and read(). go() alone is timed: it returns False if the
@@ -102,8 +101,9 @@ def points(method, contest, quick):
                 break
 
 
-def lines_of(make):
-    """The lines that make() yields, each as JSON, from a process of its own; less of them if it crashes or takes too long."""
+def lines_of(make, patience):
+    """The lines that make() yields, each as JSON, from a process of its own. The last one says why there are no more if it crashes, or
+    if a line takes longer than so many seconds."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -114,28 +114,38 @@ def lines_of(make):
                     print(json.dumps(line), file=pipe, flush=True)
         except Exception:  # pylint: disable=broad-except
             traceback.print_exc()
-        finally:
-            os._exit(0)
+            os._exit(1)
+        os._exit(0)
     os.close(writer)
     with os.fdopen(reader) as pipe:
-        while select.select([pipe], [], [], PATIENCE)[0]:
+        line = "none yet"
+        while line and select.select([pipe], [], [], patience)[0]:
             line = pipe.readline()
-            if not line:
-                break
-            yield json.loads(line)
+            if line:
+                yield json.loads(line)
     os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
+    if os.waitpid(child, 0)[1]:
+        yield "timed out" if line else "refused"
 
 
-def race(engine, methods, contest, quick):
+def race(engine, methods, contest, quick, patience):
     for method in methods:
-        if method.takes(contest):
-            for setting, row in dict(lines_of(lambda: points(method, contest, quick))).items():  # pylint: disable=cell-var-from-loop
-                print(contest.name, engine, method.name, f"{setting:g}", *row, sep=",", flush=True)
+        if not method.takes(contest):
+            continue
+        rows = {}
+        for line in lines_of(lambda: points(method, contest, quick), patience):  # pylint: disable=cell-var-from-loop
+            if isinstance(line, str):
+                missing = [setting for setting in settings_of(method, contest, quick) if setting not in rows][:1]
+                rows.update((setting, ["nan", "nan", "nan", 0, 0, 0, "nan", line]) for setting in missing)
+            else:
+                rows[line[0]] = line[1]
+        for setting, row in rows.items():
+            print(contest.name, engine, method.name, f"{setting:g}", *row, sep=",", flush=True)
 
 
-def main(engine, methods, studies=None):
-    """The program of an engine: `race` prints rows of work_precision.csv, studies[NAME](contest, quick) others."""
+def main(engine, methods, patience=5, studies=None):
+    """The program of an engine: `race` prints rows of work_precision.csv, studies[NAME](contest, quick) others. patience: s that
+    a run may take, with what it has to compile."""
     parser = argparse.ArgumentParser(description="Prints CSV for `report`, without a header.", allow_abbrev=False)
     parser.add_argument("--study", default="race")
     parser.add_argument("--scene", required=True)
@@ -145,6 +155,6 @@ def main(engine, methods, studies=None):
     given = parser.parse_args()
     contest = Contest(given.scene, given.data, given.equations)
     if given.study == "race":
-        race(engine, methods, contest, given.quick)
+        race(engine, methods, contest, given.quick, patience)
     else:
         studies[given.study](contest, given.quick)

@@ -18,6 +18,7 @@ import contest as contests
 
 LONGEST = 20  # links: the expressions of more take minutes to compile
 OWN = pathlib.Path(__file__).with_name("own_batches.py")
+COMPILING = 120  # s, at most
 LANES = 8
 MOST_STEPS = 20000
 FIRST = 1e-3  # s, the most that the first step takes: where a motion's first orders vanish, as from rest in line, it would take all
@@ -184,14 +185,14 @@ def batches(contest, quick):
 def beside(contest, quick):
     """Rows of peers.csv."""
     if takes(contest):
-        for setting, seconds, error in contests.lines_of(lambda: compiling(contest)):
+        for setting, seconds, error in contests.lines_of(lambda: compiling(contest), COMPILING):
             print(contest.name, "heyoka", "compile a step", setting, f"{seconds:.3e}", error, sep=",")
     if contest.name == "double":
-        for name, setting, seconds, error in contests.lines_of(lambda: batches(contest, quick)):
+        for name, setting, seconds, error in contests.lines_of(lambda: batches(contest, quick), COMPILING):
             print(contest.name, name, "a run in a batch on one core", setting, f"{seconds:.3e}", f"{error:.2e}", sep=",", flush=True)
 
 
 METHODS = [contests.Method("Taylor", False, takes, Run)]
 
 if __name__ == "__main__":
-    contests.main("heyoka", METHODS, {"peers": beside})
+    contests.main("heyoka", METHODS, COMPILING, {"peers": beside})
