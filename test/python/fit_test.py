@@ -196,6 +196,16 @@ class Numbers(unittest.TestCase):
         hint = fit(PENDULUM, data, {"links/rod/com/0": 0.45}, offsets=True).warnings
         self.assertTrue(any("delay" in line and "--delay" in line for line in hint), hint)
 
+    def test_pieces_of_a_motion_under_torques(self):
+        # Each piece has a scene of its own. Only the first four are read for hints, which the missing friction asks for.
+        torque = 2 * np.sin(4 * TIMES)
+        pushed = {**PENDULUM.to_dict(), "loads": {"motor": {"joint": "rod_joint", "torque": 1, "times": TIMES.tolist(), "values": torque.tolist()}}}
+        rough = Scene(pushed).with_values({"links/rod/joint/friction": 0.1})
+        data = {**noisy(motion(rough, [-1.0, 0.0]), 5), "tau": torque[:, None]}
+        result = fit(PENDULUM, data, {"links/rod/com/0": 0.45}, pieces=TIMES[-1] / 6)
+        self.assertAlmostEqual(found(result)["links/rod/com/0"].value, 0.5, delta=0.02)
+        self.assertRegex(" ".join(result.warnings), "friction")
+
     def test_a_delay_needs_a_torque_that_changes(self):
         pushed = Scene({**PENDULUM.to_dict(), "loads": {"push": {"joint": "rod_joint", "torque": 2.0, "start": 0.513, "stop": 1.013}}})
         push = Recording("pushed", TIMES, motion(pushed, [-1.0, 0.0])["q"], None,

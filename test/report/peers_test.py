@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""Other programs in the report, none of them installed: the first lines of its pages from made-up tables, what cannot be had, and runs
-that fail.
+"""Other programs in the report, none of them installed: the first lines of its pages, what cannot be had, and runs that fail.
 
     peers_test.py BIN [unittest options]        BIN is not used
 """
@@ -19,41 +18,30 @@ from unittest import mock
 sys.dont_write_bytecode = True
 REPORT = pathlib.Path(__file__).resolve().parents[2] / "src/report"
 sys.path[:0] = [str(REPORT), str(REPORT / "peers")]
+import jinja2  # noqa: E402  pylint: disable=wrong-import-position
 import contest  # noqa: E402  pylint: disable=wrong-import-position
 import environment  # noqa: E402  pylint: disable=wrong-import-position
-import rivals  # noqa: E402  pylint: disable=wrong-import-position
+import results  # noqa: E402  pylint: disable=wrong-import-position
 
 
-def curve(engine, method, **seconds):
-    """A row for each error."""
-    return [{"engine": engine, "method": method, "setting": "1", "error_theta": error, "cpu_seconds": str(time), "evaluations": "0",
-             "outcome": "ok"} for error, time in zip(("1e-3", "1e-6", "1e-9"), seconds["ms"])]
+def curve(engine, method, *seconds):
+    """Rows of a table: this time for an error of 1e-3, 1e-6, 1e-9."""
+    return [{"engine": engine, "method": method, "setting": "1", "error_theta": error, "cpu_seconds": str(time_), "evaluations": "0",
+             "outcome": "ok"} for error, time_ in zip(("1e-3", "1e-6", "1e-9"), seconds)]
 
 
 class FirstLines(unittest.TestCase):
-    SCENES = {"swing": {"rows": [*curve("planar_chain", "auto", ms=(1, 3, 4)), *curve("planar_chain", "taylor", ms=(0.1, 0.1, 0.1)),
-                                 *curve("heyoka", "Taylor", ms=(4, 4, 3)), *curve("MuJoCo", "RK4", ms=(40,)),
-                                 *curve("odeint", "Fehlberg 7(8)", ms=(0.1, 0.1, 0.1))]},
-              "fall": {"rows": [*curve("planar_chain", "auto", ms=(1,)), *curve("Drake", "RK5", ms=(2, 5))]}}
-
-    def test_they_name_each_cell_where_another_is_faster_or_the_aim_is_missed(self):
-        text = rivals.first_lines(self.SCENES)
-        self.assertIn("reaches 5 cells", text)
-        self.assertIn("half of the next best program's time in 2 of them", text)
-        faster, missed = text.split("faster in 2: ")[1].split("half of its time in 1: ")
-        self.assertIn("swing to 1e-9 (heyoka: 4e+03 beside 3e+03 ms, ratio 1.33)", faster)
-        self.assertIn("fall to 1e-6 (Drake: 5e+03 ms, not reached by auto)", faster)
-        self.assertIn("swing to 1e-6 (heyoka: 3e+03 beside 4e+03 ms, ratio 0.75)", missed)
-
-    def test_each_cell_has_our_time_the_next_best_and_the_ratio(self):
-        cells = {(cell.scene, cell.error): cell for cell in rivals.cells(self.SCENES)}
-        self.assertEqual(len(cells), 6)
-        self.assertEqual(cells["swing", "1e-3"], ("swing", "1e-3", 1, ("heyoka", "Taylor"), 4, 0.25))
-        self.assertEqual(cells["fall", "1e-9"][2:], (None, None, None, None))
-
-    def test_nobody_beside_us(self):
-        rows = {"swing": {"rows": curve("planar_chain", "auto", ms=(1,))}}
-        self.assertEqual(rivals.first_lines(rows), "No other program was measured.")
+    def test_they_say_by_how_much_another_program_is_faster_and_where_the_aim_is_missed(self):
+        rows = [*curve("planar_chain", "auto", 1, 3, 4), *curve("planar_chain", "taylor", 0.1, 0.1, 0.1), *curve("heyoka", "Taylor", 4, 4, 3),
+                *curve("MuJoCo", "RK4", 40), *curve("odeint", "Fehlberg 7(8)", 0.1, 0.1, 0.1)]
+        cells = {("swing", level): results.verdict(rows, level, 1e-15, "programs") for level in (3, 6, 9)}
+        self.assertEqual(cells["swing", 9].why, "another program, whose evaluations are not counted")
+        text = jinja2.Environment(loader=jinja2.FileSystemLoader(str(REPORT / "sections"))).get_template("first_lines.jinja").render(
+            results=results, cells={"programs": cells})
+        self.assertIn("In 1 of the 3 cells", text)
+        faster, missed = text.split("Another program is faster: ")[1].split("more than half of the next best program's time: ")
+        self.assertIn("swing (heyoka): 1.33 at 1e-9", faster)
+        self.assertIn("swing (heyoka): 0.75 at 1e-6", missed)
 
 
 class CannotBeHad(unittest.TestCase):

@@ -179,7 +179,7 @@ def batches(contest, quick):
     for k in (6, 9, 12) if quick else range(3, 14):
         for name, way in (("heyoka", in_batches), ("planar_chain", by_simulate_many)):
             ends, seconds = way(contest, starts, 10.0**-k, 3 if quick else 15)
-            yield name, f"1e-{k:02}", seconds, np.median(np.abs(ends - exact).max(axis=1))
+            yield name, f"1e-{k}", seconds, np.median(np.abs(ends - exact).max(axis=1))
 
 
 def beside(contest, quick):
