@@ -25,9 +25,12 @@ class Pinocchio : public Peer {
 }  // namespace
 
 PeerKind pinocchio() {
-  return {"Pinocchio", pinocchioVersion(),
-          1,           100,
-          1e-6,        [](const Chain& chain) -> std::unique_ptr<Peer> { return std::make_unique<Pinocchio>(chain); }};
+  return {"Pinocchio",
+          pinocchioVersion(),
+          1,
+          100,
+          1e-6,
+          [](const Chain& chain) -> std::unique_ptr<Peer> { return std::make_unique<Pinocchio>(chain); }};
 }
 
 }  // namespace planar_chain::benchmarks

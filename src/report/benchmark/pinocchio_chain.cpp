@@ -16,14 +16,13 @@ pinocchio::Model modelOf(const Chain& chain) {
     const Link& link = chain.links()[static_cast<std::size_t>(i)];
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     const pinocchio::SE3 place(Eigen::Matrix3d::Identity(), at);
-    inner = joint.isPrismatic
-                ? model.addJoint(inner,
-                                 pinocchio::JointModelPrismaticUnaligned(joint.axis.x, joint.axis.y, 0),
-                                 place, std::to_string(i))
-                : model.addJoint(inner, pinocchio::JointModelRZ(), place, std::to_string(i));
-    model.appendBodyToJoint(inner,
-                            pinocchio::Inertia(link.mass, {link.com.x, link.com.y, 0},
-                                               Eigen::Vector3d::Constant(link.inertia).asDiagonal()));
+    inner =
+        joint.isPrismatic
+            ? model.addJoint(inner, pinocchio::JointModelPrismaticUnaligned(joint.axis.x, joint.axis.y, 0),
+                             place, std::to_string(i))
+            : model.addJoint(inner, pinocchio::JointModelRZ(), place, std::to_string(i));
+    model.appendBodyToJoint(inner, pinocchio::Inertia(link.mass, {link.com.x, link.com.y, 0},
+                                                      Eigen::Vector3d::Constant(link.inertia).asDiagonal()));
     at << link.pin.x, link.pin.y, 0;
   }
   return model;

@@ -41,7 +41,8 @@ bool takes(const Scene& scene) {
 
 Team pinocchioTeam() {
   return {"Pinocchio",
-          std::string(pinocchioVersion()) + " (ABA, header-only, for this processor; odeint of " + odeintVersion() + ")",
+          std::string(pinocchioVersion()) + " (ABA, header-only, for this processor; odeint of " +
+              odeintVersion() + ")",
           {contestant<OdeintRun<Articulated, Fehlberg>>("Pinocchio", "odeint Fehlberg 7(8)", false, takes),
            contestant<OdeintRun<Articulated, DormandPrince>>("Pinocchio", "odeint Dormand-Prince 5(4)", false,
                                                              takes)}};
