@@ -23,7 +23,8 @@ IS_SHORT = 0.03   # s: such runs are made in three turns
 
 # takes(contest); make(contest, setting) returns a run with start(), go() and read(). go() alone is timed: it returns False if the
 # program gives up. read() returns θ, ω, and the numbers of evaluations, steps and rejected steps.
-Method = collections.namedtuple("Method", "name has_fixed_step takes make")
+# decades(contest): between one tolerance and the next.
+Method = collections.namedtuple("Method", "name has_fixed_step takes make decades", defaults=[lambda contest: 1])
 
 
 class Contest:
@@ -62,7 +63,7 @@ class Contest:
 def settings_of(method, contest, quick):
     """Loosest first: tolerances, or steps of 1, 0.3, 0.1, 0.03 … s."""
     if not method.has_fixed_step:
-        return [10.0**-k for k in (range(3, 10, 3) if quick else range(14))]
+        return [10.0**-k for k in (range(3, 10, 3) if quick else range(0, 14, method.decades(contest)))]
     steps = [(0.3 if k % 2 else 1) * 10.0**-(k // 2) for k in range(0, 16, 2 if quick else 1)]
     return [h for h in steps if h <= contest.end / 10]
 

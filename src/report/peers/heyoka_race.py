@@ -192,7 +192,7 @@ def beside(contest, quick):
             print(contest.name, name, "a run in a batch on one core", setting, f"{seconds:.3e}", f"{error:.2e}", sep=",", flush=True)
 
 
-METHODS = [contests.Method("Taylor", False, takes, Run)]
+METHODS = [contests.Method("Taylor", False, takes, Run, lambda contest: 1 + len(contest) // 10)]  # longer chains compile for seconds each
 
 if __name__ == "__main__":
     contests.main("heyoka", METHODS, COMPILING, {"peers": beside})
