@@ -80,12 +80,15 @@ def holding(group, level):
 
 
 def at_level(group, level, column):
-    """A column, such as cpu_seconds, at this error; between two settings along the straight line of the diagram."""
+    """The least of a column, such as cpu_seconds, from this error on; between two settings along the straight line of the diagram."""
     points = [(number(row["error_theta"]), number(row[column])) for row in group]
     first = len(points) - holding(group, level)
-    if first in (0, len(points)) or 0 in points[first]:
-        return points[first][1] if first < len(points) else None
-    return math.exp(np.interp(math.log(10.0**-level), *np.log([points[first], points[first - 1]]).T))
+    if first == len(points):
+        return None
+    least = min(value for _, value in points[first:])  # a tighter setting may be cheaper
+    if first == 0 or 0 in points[first]:
+        return least
+    return min(least, math.exp(np.interp(math.log(10.0**-level), *np.log([points[first], points[first - 1]]).T)))
 
 
 def times_to(rows):
