@@ -32,7 +32,7 @@ def curve(engine, method, *seconds):
 
 class FirstLines(unittest.TestCase):
     def test_they_say_by_how_much_another_program_is_faster_and_where_the_aim_is_missed(self):
-        rows = [*curve("planar_chain", "auto", 1, 3, 4), *curve("planar_chain", "taylor", 0.1, 0.1, 0.1), *curve("heyoka", "Taylor", 4, 4, 3),
+        rows = [*curve("planar_chain", "auto", 1, 3, 6), *curve("planar_chain", "taylor", 0.1, 0.1, 0.1), *curve("heyoka", "Taylor", 4, 4, 5),
                 *curve("MuJoCo", "RK4", 40), *curve("odeint", "Fehlberg 7(8)", 0.1, 0.1, 0.1)]
         cells = {("swing", level): results.verdict(rows, level, 1e-15, "programs") for level in (3, 6, 9)}
         self.assertEqual(cells["swing", 9].why, "another program, whose evaluations are not counted")
@@ -40,8 +40,12 @@ class FirstLines(unittest.TestCase):
             results=results, cells={"programs": cells})
         self.assertIn("In 1 of the 3 cells", text)
         faster, missed = text.split("Another program is faster: ")[1].split("more than half of the next best program's time: ")
-        self.assertIn("swing (heyoka): 1.33 at 1e-9", faster)
+        self.assertIn("swing (heyoka): 1.20 at 1e-9", faster)
         self.assertIn("swing (heyoka): 0.75 at 1e-6", missed)
+
+    def test_a_tighter_setting_counts_where_it_is_cheaper(self):
+        self.assertEqual(results.times_to(curve("heyoka", "Taylor", 4, 2, 3))["heyoka", "Taylor"], {**dict.fromkeys(range(3, 7), 2),
+                                                                                                   **dict.fromkeys(range(7, 10), 3)})
 
 
 class CannotBeHad(unittest.TestCase):
