@@ -25,6 +25,7 @@ import PIL.PngImagePlugin
 sys.dont_write_bytecode = True  # the script lies in a folder of sources
 
 import figures  # noqa: E402  pylint: disable=wrong-import-position
+import models_page  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 from results import grouped, number, read_table  # noqa: E402  pylint: disable=wrong-import-position
 
@@ -123,7 +124,7 @@ def write(folder, data, titles):
               for name, title in titles.items() if name in measured}
     cells = {side: {(name, level): results.verdict(scene["rows"], level, scene["floor"], side)
                     for name, scene in scenes.items() for level in results.LEVELS} for side in results.SIDES}
-    facts = dict(about=about, tables=tables, scenes=scenes, figures=figures, results=results, save=Pictures(folder).save, cells=cells)
+    facts = dict(about=about, tables=tables, scenes=scenes, figures=figures, models_page=models_page, results=results, save=Pictures(folder).save, cells=cells)
     environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,
                                      autoescape=lambda name: name.endswith(".html.jinja"),
                                      loader=jinja2.FileSystemLoader([str(HERE), str(HERE / "sections")]))  # installed they lie in one

@@ -20,6 +20,7 @@ sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
 import fits  # noqa: E402  pylint: disable=wrong-import-position
 import from_python  # noqa: E402  pylint: disable=wrong-import-position
+import models  # noqa: E402  pylint: disable=wrong-import-position
 import real_time  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 from peers import environment  # noqa: E402  pylint: disable=wrong-import-position
@@ -28,7 +29,7 @@ import robot  # noqa: E402  pylint: disable=wrong-import-position
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN = HERE / "report_measure"
-STUDIES = ["race", "peers", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "robot", "fits"]
+STUDIES = ["race", "peers", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "models", "robot", "fits"]
 
 
 class Failed(Exception):
@@ -75,6 +76,8 @@ def measure(study, part, is_quick, peers):
         return from_python.measure(HERE / "batches", is_quick)
     if study == "fits":
         return fits.measure(DATA)
+    if study == "models":
+        return models.measure(DATA)
     if study == "robot":
         return robot.measure(HERE / "simulate", DATA / "robot")
     quick = ["--quick"] if is_quick else []
@@ -109,8 +112,8 @@ def facts_now(is_quick, peers):
     """What stands under the figures. A table is kept only while these facts stay the same."""
     return {**json.loads(output_of(OWN, "--study", "about")), "quick": is_quick, "cpu": processor(),
             "engines": peers.versions() if peers else {}, "python": from_python.versions(),
-            "left_out": {"fits": fits.why_not(), "real_time": real_time.why_not(HERE), "python": from_python.why_not(),
-                         "peers": "" if peers else "without --peers"},
+            "left_out": {"fits": fits.why_not(), "models": models.why_not(), "real_time": real_time.why_not(HERE),
+                         "python": from_python.why_not(), "peers": "" if peers else "without --peers"},
             "programs": digest(OWN, HERE / "batches", HERE / "stability", HERE / "planar_chain_node", *(peers.programs if peers else ()))}
 
 

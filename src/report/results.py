@@ -14,9 +14,10 @@ INTEGRATORS = ("odeint", "SUNDIALS")  # of others, under the equations of this p
 CHOOSES_FROM = ("taylor", "dop853", "rodas5p", "radau13")
 LEVELS = {k: f"1e-{k}" for k in range(3, 12)}  # errors, rad
 SIDES = {"own": "its own methods", "programs": "other programs", "integrators": "integrators of others under our equations"}
-SECTIONS = {"race": "Error against run time", "peers": "Compiling and batches of heyoka", "stability": "Stability", "scaling": "Scaling", "effects": "The cost of each effect",
-            "long": "Long runs", "python": "From Python, and many runs", "real_time": "Real time", "robot": "A real robot",
-            "fits": "Fits of real machines", "consistency": "Consistency"}  # of the pages: of a study, or of a template alone
+SECTIONS = {"race": "Error against run time", "peers": "Compiling and batches of heyoka", "stability": "Stability",
+            "scaling": "Scaling", "effects": "The cost of each effect", "long": "Long runs", "python": "From Python, and many runs", "real_time": "Real time",
+            "models": "Models that others published", "robot": "A real robot", "fits": "Fits of real machines",
+            "consistency": "Consistency"}  # of the pages: of a study, or of a template alone
 HALF = 0.5          # of the next best program's time: the aim
 ROUNDING = 2.0**-53  # of 1 to a double
 # Why errors grow by more than the tolerance a second. excesses() checks that the tables agree.

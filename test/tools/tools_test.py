@@ -519,7 +519,7 @@ class Tools(InFolder):
         self.assertEqual((at["A"][0], at["B"][0]), ([0, 1], [0]))
         self.assertAlmostEqual(at["A"][1][0], 9.81 / 2 * math.sin(0.5) / 0.35, 13)
         self.assertEqual(at["A"][1][1], 0)
-        self.assertEqual((at["tau_0"], at["qdd_0"]), ([0], at["qdd"]))
+        self.assertNotIn("tau_0", at)
         held = self.equations("--q", "0.5", "--linearize", "--tau", "holding", scene=rod)
         self.assertAlmostEqual(held["tau_0"][0], 9.81 / 2 * math.cos(0.5), 13)
         self.assertAlmostEqual(held["qdd_0"][0], 0, 13)
