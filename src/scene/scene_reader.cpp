@@ -214,9 +214,14 @@ std::optional<Chain> makeChain(Expanded& from, std::vector<Fault>& faults) {
         fault = {links + from.links[1].name + "/inertia",
                  "a number > 0 kg m² (else a motion of the free chain moves no mass)", "0"};
       }
-      const std::size_t end = std::min(fault.path.find('/', links.size()), fault.path.size());
-      const std::string name = fault.path.substr(links.size(), end - links.size());
-      fault.path.replace(links.size(), name.size(), from.entryOf.at(name));
+      // The name of the link, which may have a slash: another fault then says so.
+      std::size_t end = fault.path.find('/', links.size());
+      auto entry = from.entryOf.find(fault.path.substr(links.size(), end - links.size()));
+      while (entry == from.entryOf.end() && end != std::string::npos) {
+        end = fault.path.find('/', end + 1);
+        entry = from.entryOf.find(fault.path.substr(links.size(), end - links.size()));
+      }
+      if (entry != from.entryOf.end()) fault.path.replace(links.size(), entry->first.size(), entry->second);
       if (reported.emplace(fault.path, fault.expected).second) faults.push_back(std::move(fault));
     }
     return std::nullopt;

@@ -51,7 +51,7 @@ class Arguments(InFolder):
                              (('record:=true',), 'such as run_true, got true'),
                              (('record:=run:=x',), 'record: expected a value without :=, with which roslaunch ignores it, got run:=x'),
                              (('--scene', 'rope'), 'Expected scene:=VALUE, got --scene'),
-                             (('scene:=rop',), 'No scene is called rop. There are: acrobot '),
+                             (('scene:=rop',), 'No scene is called rop. There are: a02 acrobot '),
                              (('scene_file:=' + ROPE, 'scene:=rope'), 'Expected scene:= or scene_file:=, got both'),
                              (('scene:=rope', 'urdf:=' + ROPE), 'Expected scene:= or urdf:=, got both'),
                              (('rope',), 'Expected NAME:=VALUE, got rope')):
