@@ -24,7 +24,8 @@ namespace {
 ///
 /// Some steps follow an oscillation, and some are so long that they damp it. Many lengths between fit
 /// neither. So an implicit method whose error sees stiff modes starts its trial with a leap, even against
-/// itself.
+/// itself. Another implicit incumbent has damped them already. Against that one it starts with the shortest
+/// step that wins, and loses at once if that is too long.
 class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
@@ -156,6 +157,9 @@ class FastestSteps : public Integrator {
   /// ones. Of longer chains that gains nothing.
   static constexpr Eigen::Index few = 6;
   static constexpr double foreseenNotStiff = 0.5;
+  /// A run starts with a stiff method, however short its first step is, if so many steady steps fit into the
+  /// one that the error alone allows. Far less: tension, whose vibrations must be followed, counts too.
+  static constexpr double surelyStiff = 1000;
   /// Stiff methods are tried only if the explicit incumbent's step exceeds this share of the steady one:
   /// below, accuracy bounds the step and not stiffness, and they would lose.
   static constexpr double farFromTheLimit = 0.2;
@@ -169,6 +173,9 @@ class FastestSteps : public Integrator {
   static constexpr double trialBudget = 0.2;
   /// The same below nearTheLimit, where they seldom win.
   static constexpr double smallTrialBudget = 0.02;
+  /// At tolerances above this one a method of high order that costs several times as much wins against no
+  /// implicit incumbent.
+  static constexpr double coarse = 1e-3;
   /// A stiff challenger that cannot leap starts with at least this share of the incumbent's step. Its own
   /// last step may be of another part of the motion, and far too short.
   static constexpr double notFar = 0.1;
@@ -205,6 +212,15 @@ class FastestSteps : public Integrator {
     return farEnough * method.facts().stabilityLimit / stiffness_->largestEigenvalue();
   }
 
+  /// The speed of steps as long as the next one, which an explicit method has found at once.
+  double foundSpeed(const AdaptiveSteps& method) const {
+    return run_.steps > 0 ? std::min(method.proposal(), steadyStep(method)) / method.cost() : 0;
+  }
+  /// True if a trial of method k begins with a leap: over vibrations that the incumbent may follow.
+  bool leaps(std::size_t k) const {
+    return methods_[k].facts().errorSeesStiffModes && (k == inUse_ || isExplicit(inUse_));
+  }
+
   /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
   void start(const State& state, double end) {
     stiffness_->maybeUpdate(state.t, state.y, methods_.front().tolerance());
@@ -215,8 +231,10 @@ class FastestSteps : public Integrator {
     const double foreseen = state.y.size() <= few ? first.foreseenStep(state) : 0;
     const bool mayBeStiff = foreseen > 0 ? foreseen >= foreseenNotStiff * steadyStep(first)
                                          : step >= clearlyNotStiff * steadyStep(first);
-    if (mayBeStiff) inUse_ = 0;
-    methods_[inUse_].propose(state, end - state.t, true);
+    if (mayBeStiff || first.propose(state, end - state.t, true) >= surelyStiff * steadyStep(first)) {
+      inUse_ = 0;
+      methods_[inUse_].propose(state, end - state.t, true);
+    }
     challenger_ = inUse_;
     started_ = true;
   }
@@ -257,7 +275,9 @@ class FastestSteps : public Integrator {
     if (share < farFromTheLimit) return false;
     const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
     const double budget = share < nearTheLimit ? smallTrialBudget : trialBudget;
-    return !isUncertain || onTrials_ + judged_ * method.cost() <= budget * onIncumbents_;
+    if (method.facts().errorSeesStiffModes && !leaps(k) && method.tolerance().value > coarse) return false;
+    const double expected = leaps(k) && !isFine_ ? mostTrialCost : judged_ * method.cost();
+    return !isUncertain || onTrials_ + expected <= budget * onIncumbents_;
   }
 
   void startTrial() {
@@ -274,7 +294,8 @@ class FastestSteps : public Integrator {
       double step = running().proposal();
       if (running().facts().errorSeesStiffModes) {
         leap_ = leap_ < farthestLeap ? 10 * leap_ : 10;
-        step = std::max(step, leap_ * incumbentStep_);
+        step = leaps(next) ? std::max(step, leap_ * incumbentStep_)
+                           : clearly * incumbentSpeed_ * running().cost();
       } else if (!isExplicit(next)) {
         step = std::max(step, notFar * incumbentStep_);
       }
@@ -294,8 +315,10 @@ class FastestSteps : public Integrator {
   /// The challenger wins, or continues as it gets faster, or loses. A stiff method needs time to find its
   /// step if it must first damp the oscillations that an explicit one has left, or if it has made a leap.
   void judgeTrial() {
-    const double speed = run_.speed();
     const bool isClearlySlower = isHopeless();
+    const double speed = isExplicit(challenger_) && !isExplicit(inUse_)
+                             ? std::max(run_.speed(), foundSpeed(methods_[challenger_]))
+                             : run_.speed();
     trialCostLeft_ -= run_.cost;
     if (speed > clearly * incumbentSpeed_) {
       inUse_ = challenger_;
@@ -304,7 +327,8 @@ class FastestSteps : public Integrator {
       onTrial_ = false;
     } else if (isExplicit(challenger_) ||
                (!isExplicit(inUse_) && !methods_[challenger_].facts().errorSeesStiffModes) ||
-               trialCostLeft_ <= 0 || speed < hopeful * lastSpeed_) {
+               (isClearlySlower && !leaps(challenger_)) || trialCostLeft_ <= 0 ||
+               speed < hopeful * lastSpeed_) {
       methods_[inUse_].resume(incumbentStep_);
       patience_ = std::min((isClearlySlower ? fewerTrials : 2) * patience_, mostPatience);
       onTrial_ = false;
