@@ -173,9 +173,9 @@ class FastestSteps : public Integrator {
   static constexpr double trialBudget = 0.2;
   /// The same below nearTheLimit, where they seldom win.
   static constexpr double smallTrialBudget = 0.02;
-  /// At tolerances above this one a method of high order that costs several times as much wins against no
-  /// implicit incumbent.
-  static constexpr double coarse = 1e-3;
+  /// At tolerances above this one no other method is challenged by one of high order, whose step costs
+  /// several times as much: rodas5p is a stiff one, too.
+  static constexpr double coarse = 1e-4;
   /// A stiff challenger that cannot leap starts with at least this share of the incumbent's step. Its own
   /// last step may be of another part of the motion, and far too short.
   static constexpr double notFar = 0.1;
@@ -275,9 +275,8 @@ class FastestSteps : public Integrator {
     if (share < farFromTheLimit) return false;
     const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
     const double budget = share < nearTheLimit ? smallTrialBudget : trialBudget;
-    if (method.facts().errorSeesStiffModes && !leaps(k) && method.tolerance().value > coarse) return false;
-    const double expected = leaps(k) && !isFine_ ? mostTrialCost : judged_ * method.cost();
-    return !isUncertain || onTrials_ + expected <= budget * onIncumbents_;
+    if (k != inUse_ && method.facts().errorSeesStiffModes && method.tolerance().value > coarse) return false;
+    return !isUncertain || onTrials_ + judged_ * method.cost() <= budget * onIncumbents_;
   }
 
   void startTrial() {
