@@ -24,8 +24,8 @@ namespace {
 ///
 /// Some steps follow an oscillation, and some are so long that they damp it. Many lengths between fit
 /// neither. So an implicit method whose error sees stiff modes starts its trial with a leap, even against
-/// itself. Another implicit incumbent has damped them already. Against that one it starts with the shortest
-/// step that wins, and loses at once if that is too long.
+/// itself. Another implicit incumbent has mostly damped them. Against that one, in place of the shortest
+/// leap, it starts with the shortest step that wins, and loses at once if that is rejected.
 class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
@@ -181,7 +181,7 @@ class FastestSteps : public Integrator {
   static constexpr double notFar = 0.1;
   /// Leaps are 10, 100, then this many times the incumbent's step, by turns. A longer one is rejected until
   /// it is one of these.
-  static constexpr double farthestLeap = 1000;
+  static constexpr double shortestLeap = 10, farthestLeap = 1000;
   /// An explicit challenger without a step of its own starts with this share of the incumbent's. A whole one
   /// is often rejected.
   static constexpr double cautious = 0.5;
@@ -216,9 +216,10 @@ class FastestSteps : public Integrator {
   double foundSpeed(const AdaptiveSteps& method) const {
     return run_.steps > 0 ? std::min(method.proposal(), steadyStep(method)) / method.cost() : 0;
   }
-  /// True if a trial of method k begins with a leap: over vibrations that the incumbent may follow.
+  /// True if a trial of method k may be a leap over vibrations that the incumbent follows.
   bool leaps(std::size_t k) const {
-    return methods_[k].facts().errorSeesStiffModes && (k == inUse_ || isExplicit(inUse_));
+    return methods_[k].facts().errorSeesStiffModes &&
+           (k == inUse_ || isExplicit(inUse_) || leap_ > shortestLeap);
   }
 
   /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
@@ -292,7 +293,7 @@ class FastestSteps : public Integrator {
       onTrial_ = true;
       double step = running().proposal();
       if (running().facts().errorSeesStiffModes) {
-        leap_ = leap_ < farthestLeap ? 10 * leap_ : 10;
+        leap_ = leap_ < farthestLeap ? shortestLeap * leap_ : shortestLeap;
         step = leaps(next) ? std::max(step, leap_ * incumbentStep_)
                            : clearly * incumbentSpeed_ * running().cost();
       } else if (!isExplicit(next)) {
