@@ -330,7 +330,9 @@ class FastestSteps : public Integrator {
                (isClearlySlower && !leaps(challenger_)) || trialCostLeft_ <= 0 ||
                speed < hopeful * lastSpeed_) {
       methods_[inUse_].resume(incumbentStep_);
-      patience_ = std::min((isClearlySlower ? fewerTrials : 2) * patience_, mostPatience);
+      // One rejection of a step that would have won may be of a transient.
+      const bool isSure = isClearlySlower && (isExplicit(challenger_) || leaps(challenger_));
+      patience_ = std::min((isSure ? fewerTrials : 2) * patience_, mostPatience);
       onTrial_ = false;
     }
     lastSpeed_ = speed;
