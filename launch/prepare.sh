@@ -13,12 +13,17 @@ enter() {
   set -u
 }
 
+# ROS 1 in /opt/ros, which alone has .catkin there: that of ROS_DISTRO, or ROS One, or Noetic. Else that of Debian.
+for distro in ${ROS_DISTRO:-} one noetic debian; do
+  [ ! -e "/opt/ros/$distro/.catkin" ] || break
+done
+
 to_build=(build-essential cmake libboost-program-options-dev libeigen3-dev libtinyxml2-dev libyaml-cpp-dev nlohmann-json3-dev
   libpython3-dev pybind11-dev)
-if [ -e /opt/ros/noetic/setup.bash ]; then
-  enter /opt/ros/noetic
-  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,interactive-markers,rviz,tf,tf2-ros} python3-{jinja2,matplotlib,numpy,pil,scipy,sympy,yaml})
-  to_test=(ros-noetic-{kdl-parser,rostest})
+if [ "$distro" != debian ]; then
+  enter "/opt/ros/$distro"
+  to_run=("${to_build[@]}" "ros-$distro-"{ros-base,diagnostic-updater,interactive-markers,rviz,tf,tf2-ros} python3-{jinja2,matplotlib,numpy,pil,scipy,sympy,yaml})
+  to_test=("ros-$distro-"{kdl-parser,rostest})
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
   to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime libroscpp-dev libtf2-ros-dev

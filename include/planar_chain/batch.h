@@ -18,6 +18,8 @@
 
 namespace planar_chain {
 
+class SavedState;
+
 struct BatchOptions {
   int threads = 0;  ///< 0: one per core
   /// Runs at a time in a thread, at most. 0: as many as the CPU can; 1: every run is a Simulation of its own.
@@ -28,6 +30,10 @@ struct BatchOptions {
   /// Commanded torques, N m, and forces of prismatic joints, N. Number (run × times + k) × n + j is held in
   /// joint j from times[k − 1], or from 0, to times[k], as by Simulation::holdTorque(). Empty: none.
   std::vector<double> torques{};
+  /// If given, every run begins in this state, which a Simulation of the scene saved and which outlives the
+  /// call, and goes on as after Simulation::restore(), bit for bit. Times are those of that simulation, from
+  /// the state's on. A run is then a Simulation of its own.
+  const SavedState* state = nullptr;
   /// If given, it is called about ten times a second from the calling thread, with the number of runs that
   /// have ended. Cancels the batch by returning false.
   std::function<bool(std::size_t ended)> keepGoing{};
@@ -74,7 +80,8 @@ void requireTimes(const std::vector<double>& times);
 
 /// Simulates `runs` scenes from time 0, each with as many links as `scene`. times: s, ≥ 0, never falling.
 /// @throws std::invalid_argument for other times, a negative number of threads or lanes, and torques of a
-/// wrong number, that are not from -1e100 to 1e100, or not 0 in a driven joint
+/// wrong number, that are not from -1e100 to 1e100, or not 0 in a driven joint; for a state of another scene,
+/// or beside torques one of a simulation without commands
 BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
                          const std::vector<double>& times, const BatchOptions& options = {});
 

@@ -225,6 +225,10 @@ class Simulation {
   /// @throws Refused, and changes nothing, for a state of another scene, of other arguments, of another
   /// version of this program, or of a CPU with another recursion()
   void restore(const SavedState& saved);
+  /// Returns a simulation of this scene in a state that one of the same scene saved, made with the same
+  /// arguments. Allocates.
+  /// @throws Refused as restore()
+  static std::unique_ptr<Simulation> in(const SavedState& saved, const Scene& scene);
   /// Returns a simulation in the same state, which goes on by itself. Allocates.
   std::unique_ptr<Simulation> copy();
 

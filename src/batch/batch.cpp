@@ -5,6 +5,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -59,22 +60,44 @@ void requireTorques(const Scene& scene, std::size_t runs, std::size_t times,
   if (!faults.empty()) throw Refused(std::move(faults));
 }
 
+/// The state of this scene.
+void requireState(const Scene& scene, const std::vector<double>& times, const BatchOptions& options) {
+  if (!options.state) return;
+  const std::unique_ptr<Simulation> start = Simulation::in(*options.state, scene);
+  if (!times.empty() && times.front() < start->time()) {
+    throw Refused({{"times/0", "a number >= " + toText(start->time()) + " s, the time of the state",
+                    toText(times.front())}});
+  }
+  if (!options.torques.empty() && start->cutOffs().empty())
+    throw Refused({{"state", "one of a simulation with commands, beside torques", "one without"}});
+}
+
 /// Holds these torques from now on.
 void hold(Simulation& simulation, const double* torques) {
   for (int j = 0; j < simulation.scene().chain.size(); ++j) {
     if (torques[j] == 0 && isDriven(simulation.scene(), j)) continue;
-    simulation.holdTorque(j, torques[j], std::numeric_limits<double>::infinity());
+    if (!simulation.holdTorque(j, torques[j], std::numeric_limits<double>::infinity()))
+      throw std::domain_error("there is no room for a torque beside the commands of the state");
   }
+}
+
+/// In its first state.
+std::unique_ptr<Simulation> simulationOf(Runs& runs, std::size_t run, const Scene& scene) {
+  if (runs.options.state) return Simulation::in(*runs.options.state, scene);
+  auto simulation = std::make_unique<Simulation>(scene, runs.haveTorques() ? 1 : 0);
+  if (const std::string moved = movedWords("", scene.chain, scene.q.data(), simulation->q().data());
+      !moved.empty())
+    runs.add(run, moved);
+  return simulation;
 }
 
 void simulate(Runs& runs, std::size_t run, const Scene& scene) {
   double* const states = runs.stateOf(run, 0);  // those of a lane that was given up
   std::fill_n(states, runs.times.size() * runs.stateSize(), std::numeric_limits<double>::quiet_NaN());
   try {
-    Simulation simulation(scene, runs.haveTorques() ? 1 : 0);
-    if (const std::string moved = movedWords("", scene.chain, scene.q.data(), simulation.q().data());
-        !moved.empty())
-      runs.add(run, moved);
+    const std::unique_ptr<Simulation> its = simulationOf(runs, run, scene);
+    Simulation& simulation = *its;
+    const long long before = simulation.statistics().steps;
     const StepBudget budget(simulation, runs.duration(), runs.options.mostSteps);
     const auto isWanted = [&] { return !runs.cancelled && budget.isLeft(); };
     bool arrives = true;
@@ -85,7 +108,7 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
       const auto rates = std::copy(simulation.q().begin(), simulation.q().end(), runs.stateOf(run, k));
       std::copy(simulation.qd().begin(), simulation.qd().end(), rates);
     }
-    runs.result.runs[run].steps = simulation.statistics().steps;
+    runs.result.runs[run].steps = simulation.statistics().steps - before;
     if (!simulation.fault().empty()) return runs.fail(run, simulation.fault());
     if (!arrives && !runs.cancelled) return runs.fail(run, budget.reason());
     runs.end(run, arrives ? RunOutcome::done : RunOutcome::cancelled);
@@ -97,7 +120,7 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
 /// The work of each thread.
 void work(Runs& runs, const Scene& scene, int mostLanes) {
   std::optional<Ensemble> lanes;
-  const simd::Kernel* kernel = Ensemble::kernelFor(scene, mostLanes);
+  const simd::Kernel* kernel = runs.options.state ? nullptr : Ensemble::kernelFor(scene, mostLanes);
   if (kernel) lanes.emplace(scene, runs, *kernel);
   for (;;) {
     // Fill the lanes.
@@ -167,6 +190,7 @@ BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun&
   requireCounts(options);
   requireTimes(times);
   requireTorques(scene, runs, times.size(), options.torques);
+  requireState(scene, times, options);
   const auto cores = options.threads > 0 ? static_cast<unsigned>(options.threads)
                                          : std::max(1u, std::thread::hardware_concurrency());
 

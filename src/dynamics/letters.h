@@ -48,6 +48,9 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
        isClosed ? "= [0; dqdd/dtau] while the tip is held, where dtau is additional torque in the joints, N m"
                 : "= [0; M^-1], where dtau is additional torque in the joints, N m",
        near->B);
+  if (near->tau.size() == 0) return;
+  show("tau_0", "torques in the joints beside tau, about which A and B are, N m", near->tau);
+  show("qdd_0", "accelerations under them, rad/s^2", near->qdd);
 }
 
 /// @throws std::overflow_error naming the first letter of showAll() that has a number which is not finite

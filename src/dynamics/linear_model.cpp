@@ -88,8 +88,8 @@ void noteSticking(const Scene& scene, const Couplings& couplings, std::vector<st
   }
   if (stuck.empty()) return;
   notes.push_back(listed(stuck) + (stuck.size() > 1 ? " stick" : " sticks") +
-                  ": A and B hold while the friction does, and the columns of B are 0. friction \"slips\" "
-                  "linearizes a joint at rest as one that slips");
+                  ": A and B hold while the friction does, and the columns of B are 0. In Python and in "
+                  "equations, friction \"slips\" linearizes a joint at rest as one that slips");
 }
 
 /// Notes the joints of a chain at rest that accelerate, by qdd. given: without the torques tau.
@@ -138,9 +138,10 @@ void noteMotors(const Scene& scene, bool hasMotors, std::vector<std::string>& no
     }
   }
   if (left.empty()) return;
-  notes.push_back(hasMotors ? "A and B have no command delays, " + listed(left)
-                            : "A and B have no motors and no command delays, " + listed(left) +
-                                  "; dtau is the torque that acts");
+  notes.push_back(hasMotors
+                      ? "A and B have no command delays, " + listed(left)
+                      : "A and B have no motors and no command delays, " + listed(left) +
+                            "; dtau is the torque that acts. In Python, motors=True has lags as states");
 }
 
 // ---- Motors -----------------------------------------------------------------------------------------

@@ -163,9 +163,11 @@ namespace {
 
 class EffortKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override {
-    return {{"effort_limit", nullptr, NumberRule::above(0, "N m"), false, true},
-            {"velocity_limit", nullptr, NumberRule::above(0, "rad/s"), false, true}};
+  const std::vector<JointKey>& jointKeys() const override {
+    static const std::vector<JointKey> keys{
+        {"effort_limit", nullptr, NumberRule::above(0, "N m"), false, true},
+        {"velocity_limit", nullptr, NumberRule::above(0, "rad/s"), false, true}};
+    return keys;
   }
   std::unique_ptr<Effect> make(const Scene&) const override { return nullptr; }
   void summarize(const Scene& scene, SceneWords& words) const override {

@@ -123,8 +123,9 @@ class Drags : public Effect, public Events, private ode::EventFunctions {
 
 class DragKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override {
-    return {{"drag", nullptr, NumberRule::coefficient("N m s²/rad²")}};
+  const std::vector<JointKey>& jointKeys() const override {
+    static const std::vector<JointKey> keys{{"drag", nullptr, NumberRule::coefficient("N m s²/rad²")}};
+    return keys;
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override { return makeUnlessEmpty<Drags>(scene); }

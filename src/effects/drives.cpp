@@ -41,8 +41,10 @@ class Rotors : public CouplingEffect {
 
 class RotorKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override {
-    return {{rotorInertia, nullptr, NumberRule::from(0, "kg m²"), false, true}};
+  const std::vector<JointKey>& jointKeys() const override {
+    static const std::vector<JointKey> keys{
+        {rotorInertia, nullptr, NumberRule::from(0, "kg m²"), false, true}};
+    return keys;
   }
   std::unique_ptr<Effect> make(const Scene& scene) const override {
     return makeUnlessEmpty<Rotors>(scene.chain);

@@ -67,7 +67,8 @@ class EffectKind {
 
   // ---- Keys in the scene ------------------------------------------------------------------------------
 
-  virtual std::vector<JointKey> jointKeys() const { return {}; }
+  /// Made once: every joint of every scene asks for them.
+  virtual const std::vector<JointKey>& jointKeys() const;
   /// Adds what is wrong with a joint's values; paths are such as "joint/damping". By default: the numbers
   /// that are out of range, as far as the joint has them.
   virtual void judge(const Joint& joint, std::vector<Fault>& faults) const;

@@ -113,6 +113,11 @@ SceneWords wordsOf(const Scene& scene) {
   return words;
 }
 
+const std::vector<JointKey>& EffectKind::jointKeys() const {
+  static const std::vector<JointKey> none;
+  return none;
+}
+
 void EffectKind::judge(const Joint& joint, std::vector<Fault>& faults) const {
   for (const JointKey& key : jointKeys()) {
     if (key.member || joint.has(key.name))

@@ -277,9 +277,11 @@ class Friction : public Effect, public JointConstraint, public Events, private R
 
 class FrictionKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override {
-    return {{"friction", nullptr, NumberRule::from(0, "N m"), false, false, "friction"},
-            {"breakaway", nullptr, NumberRule::from(0, "N m, the friction")}};
+  const std::vector<JointKey>& jointKeys() const override {
+    static const std::vector<JointKey> keys{
+        {"friction", nullptr, NumberRule::from(0, "N m"), false, false, "friction"},
+        {"breakaway", nullptr, NumberRule::from(0, "N m, the friction")}};
+    return keys;
   }
   void judge(const Joint& joint, std::vector<Fault>& faults) const override {
     const double friction = joint.other("friction");

@@ -356,12 +356,14 @@ constexpr double leastSpeed = 1e-6;  // rad/s; the torque falls by the effort li
 
 class MotorKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override {
+  const std::vector<JointKey>& jointKeys() const override {
     constexpr double forever = std::numeric_limits<double>::infinity();
-    JointKey speed{noLoadSpeed, nullptr, {" >= 1e-6 rad/s", leastSpeed, forever, true}};
-    JointKey lag{timeConstant, nullptr, {", 0 or >= 1e-6 s", leastLag, forever, true}};
-    speed.map = lag.map = "motor";
-    return {speed, lag, {"command_delay", nullptr, NumberRule::from(0, "s")}};
+    const char* map = "motor";
+    static const std::vector<JointKey> keys{
+        {noLoadSpeed, nullptr, {" >= 1e-6 rad/s", leastSpeed, forever, true}, false, false, nullptr, map},
+        {timeConstant, nullptr, {", 0 or >= 1e-6 s", leastLag, forever, true}, false, false, nullptr, map},
+        {"command_delay", nullptr, NumberRule::from(0, "s")}};
+    return keys;
   }
   void judge(const Joint& joint, std::vector<Fault>& faults) const override {
     for (const JointKey& key : jointKeys()) {

@@ -216,11 +216,13 @@ class MixedSprings : public Effect {
 
 class SpringKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override {
+  const std::vector<JointKey>& jointKeys() const override {
     constexpr double most = 1e6;  // rad or m, as initial angles of a joint with a spring
-    return {{"damping", &Joint::damping, NumberRule::coefficient("N m s/rad"), true, false, "damping"},
-            {"stiffness", &Joint::stiffness, NumberRule::coefficient("N m/rad")},
-            {"rest_angle", &Joint::restAngle, {" from -1e6 to 1e6 rad", -most, most, true}}};
+    static const std::vector<JointKey> keys{
+        {"damping", &Joint::damping, NumberRule::coefficient("N m s/rad"), true, false, "damping"},
+        {"stiffness", &Joint::stiffness, NumberRule::coefficient("N m/rad")},
+        {"rest_angle", &Joint::restAngle, {" from -1e6 to 1e6 rad", -most, most, true}}};
+    return keys;
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {

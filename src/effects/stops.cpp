@@ -177,12 +177,7 @@ constexpr double none = std::numeric_limits<double>::infinity();
 
 class StopKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override {
-    return {{"lower", &Joint::lower, angle_},
-            {"upper", &Joint::upper, angle_},
-            {"stop_stiffness", &Joint::stopStiffness, stiffness_},
-            {"stop_damping", &Joint::stopDamping, damping_}};
-  }
+  const std::vector<JointKey>& jointKeys() const override { return keys_; }
   /// −∞ and ∞ are no limits.
   void judge(const Joint& joint, std::vector<Fault>& faults) const override {
     if (joint.lower != -none) angle_.check(faults, "joint/lower", joint.lower);
@@ -234,6 +229,10 @@ class StopKind : public EffectKind {
   const NumberRule angle_ = NumberRule::any("rad");
   const NumberRule stiffness_{" > 0 N m/rad, beside lower or upper", 0, 1e100, false, ", at most 1e100"};
   const NumberRule damping_ = NumberRule::coefficient("N m s/rad");
+  const std::vector<JointKey> keys_{{"lower", &Joint::lower, angle_},
+                                    {"upper", &Joint::upper, angle_},
+                                    {"stop_stiffness", &Joint::stopStiffness, stiffness_},
+                                    {"stop_damping", &Joint::stopDamping, damping_}};
 };
 
 }  // namespace

@@ -49,6 +49,9 @@ std::vector<Note> newNotes(const std::vector<Note>& notes, const std::vector<Not
 std::string toText(double number) {
   if (std::isnan(number)) return "nan";
   if (std::isinf(number)) return number > 0 ? "inf" : "-inf";
+  constexpr double whole = 1e15;  // below it, 15 digits show every whole number
+  if (std::abs(number) < whole && number == std::trunc(number) && std::signbit(number) == (number < 0))
+    return std::to_string(static_cast<long long>(number));
   std::string text;
   for (int digits = 15; digits <= 17; ++digits) {
     std::stringstream stream;

@@ -113,7 +113,8 @@ double Radau::solveStages(double t, double h, const Vector& y) {
       if (theta > slow && largest(perLost_) <= 1) return 0;
       if (theta >= diverging) return failed;
       rate = theta / (1 - theta);
-      if (iterations_ == 2) rate_ = rate;
+      // From Z = 0 the first change is the motion itself, which shrinks faster than the error of a guess.
+      if (iterations_ == 2 && hLast_ > 0) rate_ = rate;
       if (rate * size > 1 && simd::power(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
         return failed;
       }

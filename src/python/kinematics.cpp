@@ -40,6 +40,9 @@ Frame frameOf(const Scene& scene, const py::object& of, const Given& point) {
   const bool isLink =
       std::any_of(links.begin(), links.end(), [&](const Link& link) { return link.name == name; });
   if (py::isinstance<py::str>(of) && !isLink) {
+    const bool isFrame = name == "tip" || std::any_of(scene.frames.begin(), scene.frames.end(),
+                                                      [&](const Frame& one) { return one.name == name; });
+    if (!isFrame) throw Refused({{"link", "a link, a frame of the scene, or tip", shown(of)}});
     const Frame frame = frameNamed(scene, name);
     if (!point.is_none())
       throw Refused({{"point", "no point beside a frame, which has its own", shown(point)}});

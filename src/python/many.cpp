@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "planar_chain/batch.h"
+#include "planar_chain/simulation.h"
 #include "python/bindings.h"
 
 namespace planar_chain::python {
@@ -66,6 +67,19 @@ std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const py::obj
   return {std::move(varied), *runs};
 }
 
+/// The state in which all runs begin, or nullptr.
+const SavedState* startOf(const py::object& state, const py::object& initial, const py::object& parameters,
+                          const py::object& torques) {
+  if (state.is_none()) return nullptr;
+  if (!py::isinstance<SavedState>(state))
+    throw Refused({{"state", "a state that Simulation.save() returned", shown(state)}});
+  if (!initial.is_none() || !dictOf(parameters, "parameters").empty())
+    throw Refused(
+        {{"state", "no initial states or parameters beside it, which is that of one scene", "them"}});
+  if (torques.is_none()) throw Refused({{"torques", "those of each run, which begins in the state", "none"}});
+  return &state.cast<const SavedState&>();
+}
+
 /// One warning for all runs.
 void warnOfNotes(const BatchResult& result) {
   const auto hasNotes = [](const BatchRun& run) { return !run.notes.empty(); };
@@ -87,9 +101,10 @@ std::map<std::size_t, std::string> saidBy(const Runs& runs, std::string BatchRun
 
 Runs simulateMany(const TreeAndScene& scene, const py::object& times, const py::object& initial,
                   const py::object& parameters, const py::object& threads, const py::object& progress,
-                  const py::object& mostSteps, const py::object& torques) {
+                  const py::object& mostSteps, const py::object& torques, const py::object& state) {
   const std::vector<double> instants = timesOf(times);
   BatchOptions options;
+  options.state = startOf(state, initial, parameters, torques);
   const auto [varied, runs] = variedBy(scene, initial, parameters, torques, instants.size(), options.torques);
   if (!progress.is_none() && PyCallable_Check(progress.ptr()) == 0) {
     throw Refused({{"progress", "a function of the number of runs that have ended", shown(progress)}});
@@ -166,14 +181,15 @@ void bindMany(py::module& module) {
   module.def("simulate_many", &simulateMany, py::arg("scene"), py::arg("times"),
              py::arg("initial") = py::none(), py::arg("parameters") = py::dict(), py::arg("threads") = 0,
              py::arg("progress") = py::none(), py::arg("most_steps") = py::none(),
-             py::arg("torques") = py::none(),
+             py::arg("torques") = py::none(), py::arg("state") = py::none(),
              R"(Simulates a scene many times, on all cores (or so many threads), and returns Runs.
 
 times: s, from 0, never falling. initial: runs × 2n first states, q (rad) and then q̇ (rad/s). parameters: a
 dict from paths in the scene, such as 'links/lower/mass', to arrays of one number a run. progress: called
 about ten times a second with the number of runs that have ended. torques: runs × times × n, commanded torques
 (N m; N in a prismatic joint), each held from the time before (at first from 0) to its time, as hold_torques() holds
-them.
+them. state: of Simulation.save(): each run goes on from there under its torques, as after restore(), bit for bit;
+times are from the state's on.
 
 Raises Refused, with all faults, if the scene has no number at a path, or if initial and a path set the same
 state. The results depend neither on the number of threads nor on the

@@ -66,9 +66,11 @@ class Running {
   /// In the same state.
   explicit Running(Running& other) : simulation_(other.idle().copy()) {}
 
-  /// @throws std::runtime_error while another thread advances it
+  /// @throws std::runtime_error while it is advanced
   Simulation& idle() {
-    if (isBusy_) throw std::runtime_error("another thread advances this simulation");
+    if (isBusy_)
+      throw std::runtime_error(
+          "another thread advances this simulation, or it calls an event function, which may not use it");
     return *simulation_;
   }
 

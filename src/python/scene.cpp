@@ -136,7 +136,7 @@ py::object found(const py::object& path) {
     throw Refused({{"path", "a path, or the name of a scene that ships", shown(path)}});
   }
   const auto package = py::module::import("planar_chain").attr("__file__").cast<std::string>();
-  const auto share = std::filesystem::path(package).parent_path() / "../../../../share";
+  const auto share = std::filesystem::path(package).parent_path() / PREFIX / "share";
   const py::module os = py::module::import("os");  // a file's name need not be text
   return os.attr("fsdecode")(py::bytes(findScene(os.attr("fsencode")(path).cast<std::string>(), share)));
 }
@@ -337,6 +337,7 @@ void bindBodies(py::class_<TreeAndScene>& scene) {
 }  // namespace
 
 void bindScene(py::module& module) {
+  module.attr("_prefix") = PREFIX;
   bindFaults(module);
   py::class_<TreeAndScene> scene(module, "Scene",
                                  R"(A scene: the chain, its first state, loads and settings. Immutable.

@@ -78,24 +78,24 @@ std::string numberNote(const std::string& text) {
 }
 
 Section::Section(const Value* value, std::string path, const std::vector<const char*>& known,
-                 std::vector<Fault>& faults, std::set<std::string>* numbers, const Hints& hints)
+                 std::vector<Fault>& faults, std::set<std::string>* numbers, const MakeHints& makeHints)
     : path_(std::move(path)), faults_(&faults), numbers_(numbers) {
   static const Value::Map empty;
   map_ = value && value->map() ? value->map() : &empty;
 
-  const std::string names = inCommas(known);
   if (value && !value->map()) {
-    const std::string keys = names.empty() ? "" : " with keys of: " + names;
+    const std::string keys = known.empty() ? "" : " with keys of: " + inCommas(known);
     faults.push_back({path_.empty() ? "scene" : path_, "a map" + keys, describe(*value)});
   }
   for (const auto& [key, entry] : *map_) {
     const bool isKnown = known.empty() || std::find(known.begin(), known.end(), key) != known.end();
     if (isKnown) continue;
+    const Hints hints = makeHints ? makeHints() : Hints();
     const auto hint = hints.find(key);
     const std::string meant = closest(key, {known.begin(), known.end()});
     fault(key,
           hint != hints.end() ? hint->second
-          : meant.empty()     ? "one of the keys " + names
+          : meant.empty()     ? "one of the keys " + inCommas(known)
                               : belongsTo(pathOf(meant)),
           quoted(key));
   }

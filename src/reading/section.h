@@ -33,6 +33,8 @@ std::string inCommas(const Names& names) {
 
 /// The expected part of a fault for a key that belongs elsewhere, by key.
 using Hints = std::map<std::string, std::string>;
+/// Makes them when a key is not known.
+using MakeHints = std::function<Hints()>;
 
 /// The hint at a key that belongs to this path.
 inline std::string belongsTo(const std::string& path) {
@@ -49,11 +51,11 @@ class Section {
   /// fault. Keys other than `known` are faults. An empty `known` accepts every key. `numbers`, if given,
   /// collects the full path of each number that is looked for.
   Section(const Value* value, std::string path, const std::vector<const char*>& known,
-          std::vector<Fault>& faults, std::set<std::string>* numbers = nullptr, const Hints& hints = {});
+          std::vector<Fault>& faults, std::set<std::string>* numbers = nullptr, const MakeHints& hints = {});
 
   /// The map below a key, with faults to the same list.
   Section section(const std::string& key, const std::vector<const char*>& known = {},
-                  const Hints& hints = {}) const {
+                  const MakeHints& hints = {}) const {
     return {find(key), pathOf(key), known, *faults_, numbers_, hints};
   }
 

@@ -1,5 +1,6 @@
 """The pictures of a report's page, each a figure of matplotlib made from the rows of tables."""
 import math
+import textwrap
 
 import matplotlib
 matplotlib.use("Agg")
@@ -7,7 +8,8 @@ import matplotlib.pyplot as plt  # noqa: E402  pylint: disable=wrong-import-posi
 
 # pylint: disable=wrong-import-position
 from robot import RUNS  # noqa: E402
-from results import AUTO, LEVELS, OWN, best_of_engines, by_contestant, grouped, name_of, number  # noqa: E402
+from results import (AUTO, HALF, LEVELS, OWN, best_of_engines, by_contestant, excesses, grouped, name_of, number,  # noqa: E402
+                     over_tolerance, side_of)
 
 # Text stays text and ticks are lines of the grid, which keeps the files small.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "planar_chain", "font.sans-serif": ["DejaVu Sans"],
@@ -17,13 +19,15 @@ plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "planar_chain", "fo
                      "legend.handlelength": 1.9, "legend.handletextpad": 0.5, "legend.labelspacing": 0.35})
 
 WIDTH = 7.0  # inch: letters of 8 points are 11 pixels high on a page that is 700 wide
-# No two alike, of this program's methods and of other programs.
+# No two alike: of this program's methods, and one of each other program.
 COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#17becf", "rodas5p": "#d62728",
            "radau13": "#ff7f0e", "taylor": "#2ca02c", "ros34pw2": "#e377c2", "ros34pw2_fixed": "#8c564b",
            "by hand": "#7f7f7f", "odeint": "#3d3db8", "SUNDIALS": "#c8a200", "MuJoCo": "#8e1a4f", "Bullet": "#00896b",
-           "DART": "#8fbf00", "Simbody": "#d9534f", "ODE": "#5b6b8c"}
+           "DART": "#8fbf00", "Simbody": "#d9534f", "ODE": "#5b6b8c", "MuJoCo 4.0": "#c2408a", "heyoka": "#ff00c8",
+           "Pinocchio": "#0055d4", "Drake": "#b35900", "Exudyn": "#6a0dad", "scipy": "#9ecae1"}
 MARKS = {"by hand": "D", "odeint": "s", "SUNDIALS": "^", "MuJoCo": "v", "Bullet": "P", "DART": "X", "Simbody": "<",
-         "ODE": ">"}
+         "ODE": ">", "MuJoCo 4.0": "1", "heyoka": "*", "Pinocchio": "p", "Drake": "d", "Exudyn": "h"}
+MOST_PROGRAMS = 9  # beside auto in one panel
 LINES = {"RK4": ":", "implicit": "-."}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}
 GREY_ZONE = dict(color="grey", alpha=0.18, linewidth=0)
@@ -63,9 +67,10 @@ def mark_at_edge(axes, xs, marker, colour):
               clip_on=False)
 
 
-def panels(count, height, rows=1, **more):
+def panels(count, height, rows=1, below=0.95, **more):
+    """below: inches for the axis' label and the legend."""
     figure, axes = plt.subplots(rows, count, figsize=(WIDTH, height), squeeze=False, **more)
-    figure.subplots_adjust(left=0.09, right=0.985, bottom=1.25 / height, top=1 - 0.5 / height, wspace=0.06)
+    figure.subplots_adjust(left=0.09, right=0.985, bottom=below / height, top=1 - 0.5 / height, wspace=0.06)
     return figure, list(axes.flat)
 
 
@@ -73,8 +78,9 @@ def logarithmic(axes, x_label, title="", y_label=""):
     axes.set(xscale="log", yscale="log", xlabel=x_label, title=title)
     if y_label:
         axes.set_ylabel(y_label)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=8))
+    width = axes.get_position().width * axes.figure.get_figwidth()
+    for axis, most in ((axes.xaxis, 2.3 * width), (axes.yaxis, 8)):
+        axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=int(most)))
         axis.set_minor_locator(matplotlib.ticker.NullLocator())
         axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"1e{round(math.log10(value))}"))
 
@@ -92,17 +98,22 @@ def legend(axes, columns, more=(), of=None, side="center"):
 # ---- Error against run time ----------------------------------------------------------------------
 
 def scene(title, rows, floor):
-    """This program's methods by time; beside them auto and the best method of each other program. If several runs of one failed in
-    one way, only the slowest is marked."""
+    """Time and error of auto beside the best method of each other program, beside integrators of others, and beside its own methods.
+    If several runs of one method failed in one way, only the slowest is marked."""
     groups = grouped(rows, "engine", "method")
     arrived = by_contestant(rows)
-    figure, axes = panels(2, 4.6, sharex=True, sharey=True)
-    shown = {"methods of planar_chain": [who for who in groups if who[0] == OWN],
-             "auto and each other program's best method": [AUTO, *best_of_engines(rows)]}
+    programs, integrators = ([AUTO, *best_of_engines(rows, side)][:1 + MOST_PROGRAMS] for side in ("programs", "integrators"))
+    shown = {"against other programs": programs,
+             " and ".join(sorted(engine for engine, _ in integrators[1:])) + "\nunder our equations": integrators,
+             "against its own methods": [who for who in groups if side_of(who) == "own"]}
+    shown = {heading: names for heading, names in shown.items() if names != [AUTO] or "\n" not in heading}
+    figure, axes = panels(len(shown), 5.2, below=1.9, sharex=True, sharey=True,
+                          gridspec_kw={"width_ratios": [1.5 if "\n" in heading else 2.2 for heading in shown]})
     seen = set()
     for each, (heading, names) in zip(axes, shown.items()):
         for who in (who for who in names if who in groups):
-            plot(each, columns_of(arrived[who], "cpu_seconds", "error_theta"), **style_of(who), label=name_of(who))
+            plot(each, columns_of(arrived[who], "cpu_seconds", "error_theta"), **style_of(who),
+                 label=name_of(who).replace(": ", ":\n" if "\n" in heading else ": "))
             for outcome, mark in FAILURES.items():
                 times = [number(row["cpu_seconds"]) for row in groups[who] if row["outcome"] == outcome]
                 if times:
@@ -114,45 +125,48 @@ def scene(title, rows, floor):
     errors = [number(row["error_theta"]) for row in rows if row["outcome"] == "ok"]
     axes[0].set_ylim(max(min(errors, default=1) / 5, 3e-18), max(10 * max(errors, default=1), 10))
     axes[0].set_ylabel("error of the angles at the end, rad")
-    legend(axes[1], 2, side="right")
+    figure.subplots_adjust(top=0.87)
+    for each in axes[:-1]:
+        legend(each, 1, side="left")
     zone = [plt.Rectangle((0, 0), 1, 1, label="rounding", **GREY_ZONE)] * bool(floor)
-    legend(axes[0], 3, zone + [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=word)
-                               for word, mark in FAILURES.items() if word in seen], side="left")
+    legend(axes[-1], 2, zone + [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=word)
+                                for word, mark in FAILURES.items() if word in seen], side="right")
     figure.suptitle(title, fontsize=9)
     return figure
 
 
 def asked_and_got(scenes):
-    """Errors of auto over the tolerance, of angles and of rates: a curve for each scene."""
-    figure, axes = panels(2, 4, sharex=True, sharey=True)
-    figure.subplots_adjust(bottom=0.12, top=0.76)
+    """Errors of auto a second over the tolerance, of angles and of rates: a curve for each scene, named if it is above 1."""
+    above = [each.scene for each in excesses(scenes)]
+    figure, axes = panels(2, 3.6, below=0.8, sharex=True, sharey=True)
     for each, column, heading in zip(axes, ("error_theta", "error_omega"), ("angles, rad", "rates, rad/s")):
-        for k, (name, scene_) in enumerate(scenes.items()):
-            points = [(asked, got / asked) for asked, got in columns_of(by_contestant(scene_["rows"])[AUTO], "setting", column)]
-            plot(each, points, color=list(COLOURS.values())[k % len(COLOURS)], linestyle=("-", "--")[k % 2],
-                 marker="os^"[k % 3], markersize=3, label=name)
+        for name, scene_ in scenes.items():
+            style = (dict(color=f"C{above.index(name)}", marker="o", label=name, zorder=3) if name in above else
+                     dict(color="#aaaaaa", linewidth=0.9))
+            plot(each, over_tolerance(scene_, column), markersize=3, **style)
         each.axhspan(1e-3, 1, color="green", alpha=0.15, linewidth=0)
         logarithmic(each, "tolerance", heading)
-    axes[0].set(ylabel="error at the end over the tolerance", ylim=(1e-8, 1e8))
-    legend(axes[0], 6, of=figure)
+    axes[0].set(ylabel="error a second over the tolerance", ylim=(1e-9, 1e7))
+    legend(axes[0], 5, [plt.Line2D([], [], color="#aaaaaa", label="the other scenes")], side="left")
     return figure
 
 
-def verdict(cells, scenes):
-    """Each cell: the time of auto over that of the fastest other method."""
-    scale = matplotlib.colors.LinearSegmentedColormap.from_list("ratio", ["#5aae61", "#f7f7f7", "#e08214"], N=64)
+def verdict(cells, scenes, others, middle):
+    """Each cell: the time of auto over that of the fastest other. The colours turn from green to orange at `middle`, from where on the
+    cell names that other."""
+    scale = matplotlib.colors.LinearSegmentedColormap.from_list("ratio", ["#5aae61", "#f7f7f7", "#e08214"], N=40)
     grey, striped = "#dddddd", dict(facecolor="white", edgecolor="#999999", hatch="///", linewidth=0)
     height = 0.34 * len(scenes) + 1.6
     figure, (axes,) = panels(1, height)
-    figure.subplots_adjust(left=0.125, right=1.06, bottom=0.8 / height)
+    figure.subplots_adjust(left=0.125, right=1.035, bottom=0.8 / height)
     axes.grid(False)
     mesh = axes.pcolormesh([[cells[name, level].ratio for level in LEVELS] for name in scenes], cmap=scale,
-                           norm=matplotlib.colors.LogNorm(0.25, 4), edgecolors="white", linewidth=2)
+                           norm=matplotlib.colors.LogNorm(middle / 4, 4 * middle), edgecolors="white", linewidth=2)
     for i, name in enumerate(scenes):
         for j, level in enumerate(LEVELS):
             cell = cells[name, level]
-            text = f"{cell.ratio:.2f}" if cell.outcome in ("fastest", "slower") else cell.outcome.replace("nobody", "–")
-            if cell.outcome == "slower":
+            text = format(cell.ratio, ".2f" if cell.ratio >= 0.1 else ".2g") if cell.outcome in ("fastest", "slower") else cell.outcome.replace("nobody", "–")
+            if cell.fastest and not cell.ratio <= middle:
                 text += "\n" + cell.fastest[cell.fastest[0] == OWN].replace("_", "\n")
             axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=6.5, linespacing=0.95)
             if cell.outcome in ("nobody", "not reached"):
@@ -161,15 +175,15 @@ def verdict(cells, scenes):
     axes.set(xticks=[j + 0.5 for j in range(len(LEVELS))], xticklabels=LEVELS.values(),
              yticks=[i + 0.5 for i in range(len(scenes))], yticklabels=scenes, ylim=(len(scenes), 0),
              xlabel="error of the angles, rad, that every finer setting keeps",
-             title="Time of auto over that of the fastest other method of any program.\n"
-                   "Green: auto is faster. Orange: the cell names the faster method.")
+             title=f"Time of auto over that of the fastest {others}.\n"
+                   f"Green: at most {middle:g} of it. Orange: more, and the cell names the other.")
     axes.legend(handles=[plt.Rectangle((0, 0), 1, 1, facecolor=scale(0.0), label="alone: auto and no other"),
-                         plt.Rectangle((0, 0), 1, 1, label="not reached: not by auto, but by another", **striped),
+                         plt.Rectangle((0, 0), 1, 1, label="not reached: not by auto, but by that", **striped),
                          plt.Rectangle((0, 0), 1, 1, facecolor=grey, label="–: no method reaches it")],
                 loc="upper center", bbox_to_anchor=(0.5, -0.42 / (0.34 * len(scenes))), ncol=3)
     bar = figure.colorbar(mesh, ax=axes, extend="both", pad=0.01)
-    bar.set_ticks([0.25, 0.5, 1, 2, 4])
-    bar.ax.set_yticklabels(["1/4", "1/2", "1", "2", "4"])
+    bar.set_ticks([middle * 2**k for k in range(-2, 3)])
+    bar.ax.set_yticklabels([f"{middle * 2**k:g}" for k in range(-2, 3)])
     bar.minorticks_off()
     return figure
 
@@ -199,8 +213,8 @@ def stability(rows):
 
 def scaling(rows):
     groups = grouped(rows, "engine", "method")
-    figure, axes = panels(2, 4.2, sharex=True, sharey=True)
-    for each, heading in zip(axes, ("methods of planar_chain", "rk4 and other programs, with equal steps")):
+    figure, axes = panels(2, 4.4, below=1.25, sharex=True, sharey=True)
+    for each, heading in zip(axes, ("its own methods", "rk4 against other programs, with equal steps")):
         for who, group in groups.items():
             if (who[0] == OWN) == (each is axes[0]) or who[1] == "rk4":
                 plot(each, columns_of(group, "links", "seconds"), **style_of(who), label=name_of(who))
@@ -210,25 +224,8 @@ def scaling(rows):
     return figure
 
 
-def effects(rows):
-    """The share of an evaluation's time that is left without one effect: a point above each scene."""
-    scenes = grouped(rows, "scene")
-    figure, (axes,) = panels(1, 3.8)
-    figure.subplots_adjust(bottom=0.24, top=0.82)
-    for k, effect in enumerate(dict.fromkeys(row["without"] for row in rows if row["without"] != "nothing")):
-        points = [(i, number(row["seconds"]) / number(group[0]["seconds"])) for i, group in enumerate(scenes.values())
-                  for row in group if row["without"] == effect]
-        plot(axes, points, linestyle="", marker="osD^v"[k % 5], markersize=6,
-             color=list(COLOURS.values())[k % len(COLOURS)], label=f"without {effect}")
-    axes.axhline(1, color="grey", linewidth=1)
-    axes.set(xticks=range(len(scenes)), ylabel="part of the time that is left")
-    axes.set_xticklabels(scenes, rotation=40, ha="right")
-    legend(axes, 4, of=figure)
-    return figure
-
-
 def long_runs(rows):
-    figure, (axes,) = panels(1, 4)
+    figure, (axes,) = panels(1, 3.6)
     for (method, setting), run in grouped(rows, "method", "setting").items():
         colour = COLOURS.get(method, "grey")
         points = [(t, abs(error)) for t, error in columns_of(run, "t", "energy")]
@@ -241,24 +238,34 @@ def long_runs(rows):
 
 
 def from_python(rows):
-    figure, (steps, batches) = panels(2, 4.4)
-    figure.subplots_adjust(bottom=0.4, wspace=0.2)
-    for k, row in enumerate(row for row in rows if row["error"]):
-        plot(steps, columns_of([row], "seconds", "error"), linestyle="", marker="osD^v<>"[k % 7], markersize=7, color=f"C{k}",
-             label=row["way"])
-    logarithmic(steps, "s per step of 5 ms", "Double pendulum", "error of an angle, rad")
-    for way, group in grouped([row for row in rows if row["faster"]], "way").items():
-        plot(batches, columns_of(group, "links", "faster"), marker="o", label=way)
+    """Bars: the time of a step by each way, and how many times as fast many runs are."""
+    timed = [row for row in rows if row["error"]]
+    gains = grouped([row for row in rows if row["faster"]], "way")
+    figure, (steps, batches) = panels(2, 3.6, below=1.1, gridspec_kw={"width_ratios": [1, 1.3]})
+    figure.subplots_adjust(left=0.235, wspace=0.22)
+    colours = [next((colour for program, colour in COLOURS.items() if row["way"].startswith(program)), "black") for row in timed]
+    bars = steps.barh(range(len(timed)), [1e6 * number(row["seconds"]) for row in timed], color=colours)
+    for bar, row in zip(bars, timed):
+        steps.annotate(f"{bar.get_width():.3g} µs, error {number(row['error']):.0e}", (bar.get_width(), bar.get_y() + bar.get_height() / 2), (4, 0),
+                       textcoords="offset points", va="center", fontsize=7)
+    steps.set(yticks=range(len(timed)), yticklabels=[textwrap.fill(row["way"], 22) for row in timed], title="A step of 5 ms, double pendulum",
+              xlabel="time on the processor, µs", xlim=(0, 2.4e6 * max((number(row["seconds"]) for row in timed), default=1)))
+    steps.invert_yaxis()
+    steps.grid(False, axis="y")
+    links = sorted({int(row["links"]) for group in gains.values() for row in group})
+    for k, (way, group) in enumerate(gains.items()):
+        places = [links.index(int(row["links"])) + (k + 0.5) / len(gains) * 0.8 - 0.4 for row in group]
+        batches.bar(places, [number(row["faster"]) for row in group], 0.8 / len(gains), color=plt.cm.Greys(0.9 - 0.65 * k / len(gains)), label=way)
     batches.axhline(1, color="grey", linewidth=1)
-    batches.set(xlabel="links", ylabel="times as fast", title="Many runs", xticks=range(0, 21, 2))
-    legend(steps, 1)
-    legend(batches, 1)
+    batches.set(xlabel="links", ylabel="times as fast as one by one", title="Many runs", xticks=range(len(links)), xticklabels=links)
+    batches.grid(False, axis="x")
+    legend(batches, 2)
     return figure
 
 
 def real_time(rows):
     rates = grouped(rows, "rate")
-    figure, axes = panels(len(rates), 3.8, sharex=True, sharey=True)
+    figure, axes = panels(len(rates), 3.5, sharex=True, sharey=True)
     for each, (rate, members) in zip(axes, rates.items()):
         colours = {}
         for (links, loosest), cell in grouped(members, "links", "loosest_tolerance").items():
@@ -270,7 +277,7 @@ def real_time(rows):
                  linestyle="--" if yields else "-", label=None if yields else f"{links} links")
         each.axvline(1 / number(rate), color=RED, linewidth=1, label="period")
         logarithmic(each, "late, s", f"{rate} Hz")
-        legend(each, 3)
+        legend(each, 3, [plt.Line2D([], [], color="grey", linestyle="--", label="loosest: 1e-2")])
     axes[0].set_ylabel("part of the ticks that are later")
     return figure
 
@@ -278,7 +285,7 @@ def real_time(rows):
 def robot(rows):
     """Both angles of each recording: measured, and by the model with friction and without."""
     runs = grouped(rows, "run")
-    figure, axes = panels(len(runs), 3.8)
+    figure, axes = panels(len(runs), 3.4, below=0.8)
     figure.subplots_adjust(wspace=0.12)
     styles = {"measured": dict(color="black", linewidth=3, alpha=0.35), "friction": dict(color="#2b8a3e"),
               "without": dict(color=RED, linestyle="--", linewidth=1.1)}
@@ -299,7 +306,7 @@ def robot(rows):
 
 
 def orders(rows):
-    figure, (axes,) = panels(1, 4)
+    figure, (axes,) = panels(1, 3.5, below=0.8)
     for method, group in grouped(rows, "method").items():
         plot(axes, columns_of(group, "step", "error"), **style_of((OWN, method)), label=method)
     logarithmic(axes, "step, s", "Equal steps on a single link: the slope is the order", "error, rad and rad/s")

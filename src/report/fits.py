@@ -25,7 +25,7 @@ NUMBERS = {
     "single": ["links/arm/inertia", "links/arm/joint/friction=0", "links/arm/joint/drag=0"],
     "double": ["links/upper/inertia", "links/upper/com/0", "links/upper/pin/0", "links/upper/joint/damping", "links/lower/mass",
                "links/lower/inertia", "links/lower/com/0", "links/lower/joint/damping"]}
-WINDOW = 0.5  # s, of the robot
+START, WINDOW = 0.3, 0.5  # s: a start is fitted to, a piece of the robot's recordings
 FRICTION = {f"links/{link}/joint/friction": 0.05 for link in robot.LINKS}
 ROBOTS_NUMBERS = {"friction fitted": FRICTION, "friction and com of upper fitted": {**FRICTION, "links/upper/com/0": None}}
 
@@ -48,7 +48,7 @@ def pendulum(machine, folder):
     files = sorted(str(path) for path in folder.glob(f"{machine}_*.csv"))
     to_all = fit(first, files, NUMBERS[machine], predict=files).predictions
     for k, path in enumerate(files):
-        yield from errors(machine, "authors'", predicted(authors, recordings_of(path, authors)[0], False, 0.3))
+        yield from errors(machine, "authors'", predicted(authors, recordings_of(path, authors, START)[0], False, START))
         result = fit(first, files[:k] + files[k + 1:], NUMBERS[machine], predict=[path])
         yield from errors(machine, "fitted to the others", result.predictions[0])
         yield from errors(machine, "fitted to all", to_all[k])
@@ -76,8 +76,8 @@ def robots_friction(folder):
     data = [window for run in robot.RUNS for window in windows(folder / f"{run}.csv")]
     yield row("robot", "all", "identified", "friction (N m)", *(values["links"][link]["joint"]["friction"] for link in robot.LINKS))
     yield row("robot", "all", "identified", "com of upper (m)", values["links"]["upper"]["com"][0], math.nan)
-    for recording in recordings_of(data, identified):
-        one = predicted(identified, recording, False, 0.3)
+    for recording in recordings_of(data, identified, START):
+        one = predicted(identified, recording, False, START)
         yield row("robot", recording.name, "identified", "start fitted to all", *map(float, one.from_fitted_start))
     for which, vary in ROBOTS_NUMBERS.items():
         result = fit(identified, data, vary)

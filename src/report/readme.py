@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The measured figures of README.md. Without options: names those that do not match their table, page/readme.json.
+"""The measured figures of README.md and test/README.md. Without options: names those that do not match their table, page/readme.json.
 
 Exit status: 0 all match; 1 some do not, or a measurement failed.
 """
@@ -16,7 +16,7 @@ import tempfile
 sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-README, TABLE = ROOT / "README.md", HERE / "page/readme.json"
+PAGES, TABLE = (ROOT / "README.md", ROOT / "test/README.md"), HERE / "page/readme.json"
 WORDS = ("no one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen "
          "eighteen nineteen twenty").split()
 
@@ -83,14 +83,13 @@ def number(value, form="{:.2g}"):
     return f"{float(f'{value:.3g}'):,.0f}" if value >= 100 else form.format(value)
 
 
-def table(heads, rows):
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in [heads, *rows])
+def table(rows):
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in rows)
 
 
-def written(text, facts, race):
-    """README's text with these figures."""
-    speed_, exact = facts["speed"], facts["exact"]
-    times = {engine: {int(n): time for n, time in group.items()} for engine, group in speed_["times"].items()}
+def speeds(facts, race):
+    """Patterns of README.md and the figures in their places."""
+    times = {engine: {int(n): time for n, time in group.items()} for engine, group in facts["times"].items()}
     rows = []
     for n in (2, 10, 100, 1000, 10000):
         closed = times["closed form"].get(n)
@@ -98,21 +97,30 @@ def written(text, facts, race):
         rows.append([f"{n:,}" if n >= 10000 else str(n), number(times["planar_chain"][n]), by_hand,
                      number(times["Bullet"].get(n)), number(times["MuJoCo"].get(n))])
     others = {row["engine"] for row in race} - {"planar_chain", "by hand"}
-    for pattern, figures in (
-            (r"(?<=on one core of ).*", f"{speed_['cpu']}; {speed_['compiler']}, commit {speed_['commit']}."),
-            (r"(?<=\n\|--:\|--:\|--:\|--:\|--:\|\n)(\|.*\n)+", table(rows[0], rows[1:]) + "\n"),
-            (r"(?<=\n\|---\|---\|---\|--:\|\n)(\|.*\n)+", table(
-                [f"{exact['trajectories']} motions of 1 to 100 links", "`dopri5`, 1e-12", "quadruple precision",
-                 f"{exact['roundings']:.2g} times the error that rounding the scene's numbers causes"],
-                [["`beam`: 40 stiff links, 5 s", "`auto`, 1e-8", "the published solution",
-                  f"{exact['beam']['error']:.2g} rad"],
-                 ["`cable`: 10,000 stiff links, 10 s", "`rodas5p`, 0.15", "`radau13`, 1e-6",
-                  f"{exact['cable']['error']:.2g} rad; angles reach {exact['cable']['reach']:.2g} rad"]]) + "\n"),
-            (r"(?<=Measured at commit )\w+(-dirty)?", exact["commit"]),
-            (r"(?<=for every method and )\w+(?=\s+other)", WORDS[len(others)])):
-        text, count = re.subn(pattern, lambda _: figures, text)  # pylint: disable=cell-var-from-loop
+    return {r"(?<=Measured on one core of ).*?(?= \(\[how)": facts["cpu"],
+            r"(?<=\n\|--:\|--:\|--:\|--:\|--:\|\n)(\|.*\n)+": table(rows) + "\n",
+            r"(?<=more scenes and )\w+(?=\s+other)": WORDS[len(others)]}
+
+
+def errors(facts):
+    """Patterns of test/README.md."""
+    beam, cable = facts["beam"], facts["cable"]
+    return {r"(?<=Last measured with ).*(?=\.\n)": f"{facts['compiler']} at commit {facts['commit']}",
+            r"(?<=\n\|---\|---\|---\|--:\|\n)(\|.*\n)+": table([
+                [f"{facts['trajectories']} motions of 1 to 100 links", "`dopri5`, 1e-12", "quadruple precision",
+                 f"{facts['roundings']:.2g} times the error that rounding the scene's numbers causes"],
+                ["`beam`: 40 stiff links, 5 s", "`auto`, 1e-8", "the published solution", f"{beam['error']:.2g} rad"],
+                ["`cable`: 10,000 stiff links, 10 s", "`rodas5p`, 0.15", "`radau13`, 1e-6",
+                 f"{cable['error']:.2g} rad; angles reach {cable['reach']:.2g} rad"]]) + "\n"}
+
+
+def written(page, figures):
+    """A page's text with these figures."""
+    text = page.read_text(encoding="utf-8")
+    for pattern, figure in figures.items():
+        text, count = re.subn(pattern, lambda _: figure, text)  # pylint: disable=cell-var-from-loop
         if count != 1:
-            sys.exit(f"readme: README.md has {count} places for {pattern}")
+            sys.exit(f"readme: {page.relative_to(ROOT)} has {count} places for {pattern}")
     return text
 
 
@@ -120,19 +128,22 @@ def main():
     parser = argparse.ArgumentParser(prog="readme", description=__doc__, allow_abbrev=False)
     parser.add_argument("--measure", metavar="BUILD", type=pathlib.Path,
                         help="measures anew, with the programs in this folder of a build; then --write")
-    parser.add_argument("--write", action="store_true", help="writes README.md from the table")
+    parser.add_argument("--write", action="store_true", help="writes the pages from the table")
     arguments = parser.parse_args()
     if arguments.measure:
         measure(arguments.measure.resolve())
     with open(HERE / "page/work_precision.csv", encoding="utf-8", newline="") as file:
         race = list(csv.DictReader(file))
-    text = README.read_text(encoding="utf-8")
-    expected = written(text, json.loads(TABLE.read_text(encoding="utf-8")), race)
-    if arguments.measure or arguments.write:
-        README.write_text(expected, encoding="utf-8")
-        return 0
-    sys.stdout.writelines(difflib.unified_diff(text.splitlines(True), expected.splitlines(True), "README.md", TABLE.name))
-    return int(text != expected)
+    facts = json.loads(TABLE.read_text(encoding="utf-8"))
+    differ = False
+    for page, figures in zip(PAGES, (speeds(facts["speed"], race), errors(facts["exact"]))):
+        text, expected = page.read_text(encoding="utf-8"), written(page, figures)
+        if arguments.measure or arguments.write:
+            page.write_text(expected, encoding="utf-8")
+            continue
+        sys.stdout.writelines(difflib.unified_diff(text.splitlines(True), expected.splitlines(True), page.name, TABLE.name))
+        differ = differ or text != expected
+    return int(differ)
 
 
 if __name__ == "__main__":

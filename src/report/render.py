@@ -18,17 +18,20 @@ import sys
 import jinja2
 import matplotlib
 import matplotlib.pyplot as plt
+import numpy as np
 import PIL.Image
 import PIL.PngImagePlugin
 
 sys.dont_write_bytecode = True  # the script lies in a folder of sources
 
 import figures  # noqa: E402  pylint: disable=wrong-import-position
+import models_page  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 from results import grouped, number, read_table  # noqa: E402  pylint: disable=wrong-import-position
 
-DPI = 108     # of a PNG
-COLOURS = 64  # in a PNG: enough that each curve keeps its own
+HERE = pathlib.Path(__file__).resolve().parent
+DPI = 100    # of a PNG
+COLOURS = 56  # in a PNG
 
 
 def digits(value, form=".3g", times=1):
@@ -45,6 +48,26 @@ def shorter(svg):
     svg = re.sub(r'(<use [^>]*?) style="fill: (#\w+); stroke: \2"', r"\1", svg)
     svg = re.sub(r'style="stroke: (#\w+)"/>(?=\s*</defs>)', r'style="fill: \1; stroke: \1"/>', svg)
     return re.sub(r"\s*\n\s*", "\n", re.sub(r' transform="rotate\(-0 [^"]*"', "", svg))
+
+
+def made(facts):
+    """By what a study was measured, in one line."""
+    return ", ".join(facts[name] for name in ("commit", "compiler", "cpu", "date"))
+
+
+def with_palette(image):
+    """The picture with few colours: even areas keep theirs, edges take the nearest of the most frequent ones."""
+    pixels = np.asarray(image.convert("RGB")).astype(int) @ [65536, 256, 1]
+    colours, places, counts = np.unique(pixels, return_inverse=True, return_counts=True)
+    places = places.reshape(pixels.shape)
+    corner = places[:-1, :-1]
+    even = np.bincount(corner[(corner == places[1:, :-1]) & (corner == places[:-1, 1:])], minlength=len(colours))
+    kept = colours[np.lexsort((-counts, -even))[:COLOURS]]
+    parts, kept_parts = (np.stack([each >> 16, each >> 8 & 255, each & 255], axis=-1) for each in (colours, kept))
+    nearest = ((parts[:, None] - kept_parts) ** 2).sum(axis=2).argmin(axis=1).astype(np.uint8)
+    picture = PIL.Image.fromarray(nearest[places], "P")
+    picture.putpalette(kept_parts.astype(np.uint8).tobytes())
+    return picture
 
 
 def floor_of(ends):
@@ -88,7 +111,7 @@ class Pictures:
         facts.add_text("Description", digest)
         facts.add_text("Software", f"Matplotlib {matplotlib.__version__}")
         with PIL.Image.open(content) as image:
-            image.convert("RGB").quantize(COLOURS, method=PIL.Image.FASTOCTREE, dither=PIL.Image.NONE).save(path, optimize=True, pnginfo=facts)
+            with_palette(image).save(path, optimize=True, pnginfo=facts)
 
 
 def write(folder, data, titles):
@@ -99,13 +122,13 @@ def write(folder, data, titles):
     measured = grouped(tables["race"], "scene")
     scenes = {name: {**title, "rows": measured[name], "floor": floor_of(read_table(data / f"{name}.csv"))}
               for name, title in titles.items() if name in measured}
-    facts = dict(about=about, tables=tables, scenes=scenes, figures=figures, results=results, save=Pictures(folder).save,
-                 cells={(name, level): results.verdict(scene["rows"], level, scene["floor"])
-                        for name, scene in scenes.items() for level in results.LEVELS})
+    cells = {side: {(name, level): results.verdict(scene["rows"], level, scene["floor"], side)
+                    for name, scene in scenes.items() for level in results.LEVELS} for side in results.SIDES}
+    facts = dict(about=about, tables=tables, scenes=scenes, figures=figures, models_page=models_page, results=results, save=Pictures(folder).save, cells=cells)
     environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,
                                      autoescape=lambda name: name.endswith(".html.jinja"),
-                                     loader=jinja2.FileSystemLoader(str(pathlib.Path(__file__).resolve().parent)))
-    environment.filters.update(digits=digits, grouped=grouped, name_of=results.name_of)
+                                     loader=jinja2.FileSystemLoader([str(HERE), str(HERE / "sections")]))  # installed they lie in one
+    environment.filters.update(digits=digits, grouped=grouped, name_of=results.name_of, side_of=results.side_of, made=made)
     for page, template in (("index.html", "page.html.jinja"), ("README.md", "page.md.jinja")):  # the first draws for both
         text = environment.get_template(template).render(facts)
         (folder / page).write_text(re.sub(r"\n{3,}", "\n\n", text), encoding="utf-8")
@@ -114,5 +137,5 @@ def write(folder, data, titles):
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    SCENES = pathlib.Path(__file__).resolve().parents[2] / "test/reference/report"
+    SCENES = HERE.parents[1] / "test/reference/report"
     write(pathlib.Path(sys.argv[1]), SCENES, {row["name"]: row for row in read_table(SCENES / "scenes.csv")})

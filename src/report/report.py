@@ -20,6 +20,7 @@ sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
 import fits  # noqa: E402  pylint: disable=wrong-import-position
 import from_python  # noqa: E402  pylint: disable=wrong-import-position
+import models  # noqa: E402  pylint: disable=wrong-import-position
 import real_time  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 import robot  # noqa: E402  pylint: disable=wrong-import-position
@@ -27,7 +28,7 @@ import robot  # noqa: E402  pylint: disable=wrong-import-position
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "robot", "fits"]
+STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "models", "robot", "fits"]
 
 
 class Failed(Exception):
@@ -69,6 +70,8 @@ def measure(study, part, is_quick):
         return from_python.measure(HERE / "batches", is_quick)
     if study == "fits":
         return fits.measure(DATA)
+    if study == "models":
+        return models.measure(DATA)
     if study == "robot":
         return robot.measure(HERE / "simulate", DATA / "robot")
     quick = ["--quick"] if is_quick else []
@@ -102,7 +105,7 @@ def facts_now(is_quick):
     """What stands under the figures. A table is kept only while these facts stay the same."""
     return {**json.loads(output_of(OWN, "--study", "about")), "quick": is_quick, "cpu": processor(),
             "engines": json.loads(of_peers("--study", "about") or "{}"), "python": from_python.versions(),
-            "left_out": {"fits": fits.why_not(), "real_time": real_time.why_not(HERE), "python": from_python.why_not()},
+            "left_out": {"fits": fits.why_not(), "models": models.why_not(), "real_time": real_time.why_not(HERE), "python": from_python.why_not()},
             "programs": digest(OWN, HERE / "batches", HERE / "stability", PEERS, HERE / "planar_chain_node")}
 
 

@@ -3,13 +3,26 @@ import collections
 import csv
 import itertools
 import math
+import re
+import statistics
 
 import numpy as np
 
 OWN = "planar_chain"
 AUTO = (OWN, "auto")
+INTEGRATORS = ("odeint", "SUNDIALS")  # of others, under the equations of this program: no programs of their own
 CHOOSES_FROM = ("taylor", "dop853", "rodas5p", "radau13")
 LEVELS = {k: f"1e-{k}" for k in range(3, 12)}  # errors, rad
+SIDES = {"own": "its own methods", "programs": "other programs", "integrators": "integrators of others under our equations"}
+SECTIONS = {"race": "Error against run time", "stability": "Stability", "scaling": "Scaling", "effects": "The cost of each effect",
+            "long": "Long runs", "python": "From Python, and many runs", "real_time": "Real time",
+            "models": "Models that others published", "robot": "A real robot", "fits": "Fits of real machines",
+            "consistency": "Consistency"}  # of the pages: of a study, or of a template alone
+HALF = 0.5          # of the next best program's time: the aim
+ROUNDING = 2.0**-53  # of 1 to a double
+# Why errors grow by more than the tolerance a second. excesses() checks that the tables agree.
+WHY_ERRORS_GROW = {"double": "chaotic motion", "double_long": "chaotic motion, for twice the time",
+                   "cart_pole": "starts beside the top, an unstable equilibrium, and comes back there"}
 ORDERS = {"rk4": 4, "dopri5": 5, "dop853": 8, "rodas5p": 5, "ros34pw2": 3, "radau13": 13, "taylor": 20}
 
 
@@ -41,6 +54,11 @@ def grouped(rows, *columns):
 def name_of(who):
     """(engine, method) in words."""
     return who[1] if who[0] == OWN else f"{who[0]}: {who[1]}"
+
+
+def side_of(who):
+    """What (engine, method) is for this program: one of its own methods, another program, or an integrator."""
+    return "own" if who[0] == OWN else "integrators" if who[0] in INTEGRATORS else "programs"
 
 
 def slope(points, least=0, most=math.inf):
@@ -83,9 +101,9 @@ def best_times(reached):
             for level in LEVELS}
 
 
-def fastest_other(reached, level):
-    """The fastest method of another program at this level; None if none reaches it."""
-    others = [who for who in reached if who[0] != OWN and level in reached[who]]
+def fastest_of(side, reached, level):
+    """The fastest other method of this side at this level; None if none reaches it."""
+    others = [who for who in reached if side_of(who) == side and who != AUTO and level in reached[who]]
     return min(others, key=lambda who: reached[who][level], default=None)
 
 
@@ -94,12 +112,15 @@ def worst_step(group, level):
     return number(group[-held]["worst_step_seconds"]) if held else None
 
 
-def best_of_engines(rows):
-    """The method of each other program that reaches most levels, and of these the one that is the fastest."""
+def best_of_engines(rows, side):
+    """The method of each engine of a side that reaches most levels, and of these the fastest in the mean; best engine first."""
     times = times_to(rows)
-    engines = dict.fromkeys(engine for engine, _ in times if engine != OWN)
-    return [max((who for who in times if who[0] == engine),
-                key=lambda who: (len(times[who]), -min(times[who].values(), default=0))) for engine in engines]
+
+    def worth(who):
+        return len(times[who]), -sum(map(math.log, times[who].values()))
+
+    engines = dict.fromkeys(who[0] for who in times if side_of(who) == side)
+    return sorted((max((who for who in times if who[0] == engine), key=worth) for engine in engines), key=worth, reverse=True)
 
 
 # ---- Consistency ---------------------------------------------------------------------------------
@@ -118,17 +139,18 @@ def orders(rows):
 Cell = collections.namedtuple("Cell", "outcome fastest ratio evaluations why")
 
 
-def verdict(rows, level, floor):
-    """One scene at one level. outcome: nobody, not reached, alone, fastest, slower (than `fastest`, by `ratio`)."""
+def verdict(rows, level, floor, side):
+    """auto against a side, in one scene at one level. outcome: nobody, not reached, alone, fastest, slower (than `fastest`, by
+    `ratio`)."""
     groups = by_contestant(rows)
-    times = {who: reached[level] for who, reached in times_to(rows).items() if level in reached}
-    auto = times.pop(AUTO, None)
-    fastest = min(times, key=times.get) if times else None
+    reached = times_to(rows)
+    auto = reached.get(AUTO, {}).get(level)
+    fastest = fastest_of(side, reached, level)
     if auto is None:
-        return Cell("not reached" if times else "nobody", fastest, math.nan, None, why_not_reached(rows, level, floor))
+        return Cell("not reached" if fastest else "nobody", fastest, math.nan, None, why_not_reached(rows, level, floor))
     if fastest is None:
         return Cell("alone", None, 1e-9, None, "")
-    ratio = auto / times[fastest]
+    ratio = auto / reached[fastest][level]
     if ratio <= 1:
         return Cell("fastest", fastest, ratio, None, "")
     theirs = at_level(groups[fastest], level, "evaluations")
@@ -164,7 +186,110 @@ def why_slower(fastest, ratio, evaluations):
     return "about as many evaluations and less beside them: no trials, no guard against a change of stiffness"
 
 
-# ---- The real robot --------------------------------------------------------------------------------
+def ahead(cells, least, most=math.inf):
+    """(scene, engine, [(level, ratio)]) of the cells in which auto takes more than `least` times the time of the fastest other,
+    and at most `most` times; a cell that only the other reaches has the ratio infinity."""
+    found = {}
+    for (scene, level), cell in cells.items():
+        ratio = math.inf if cell.outcome == "not reached" else cell.ratio
+        if cell.fastest and least < ratio <= most:
+            found.setdefault((scene, cell.fastest[0]), []).append((level, ratio))
+    return [(*who, those) for who, those in found.items()]
+
+
+def in_words(found):
+    """The cells that ahead() gives, as a text: scene (engine): least to largest ratio at these errors."""
+    words = []
+    for scene, engine, those in found:
+        levels, ratios = zip(*those)
+        is_range = len(levels) > 1 and levels == tuple(range(levels[0], levels[-1] + 1))
+        ends = dict.fromkeys(f"{ratio:.2f}".replace("inf", "not reached") for ratio in (min(ratios), max(ratios)))
+        named = [LEVELS[level] for level in (levels[::len(levels) - 1] if is_range else levels)]
+        words.append(f"{scene} ({engine}): {' to '.join(ends)} at {(' to ' if is_range else ', ').join(named)}")
+    return "; ".join(words) or "in no cell"
+
+
+def tally(cells, most=1):
+    """The number of cells in which auto takes at most `most` times the time of the fastest other, that of the cells that both
+    reach, and that of those which auto alone reaches."""
+    outcomes = [cell.outcome for cell in cells.values()]
+    both = [cell for cell in cells.values() if cell.outcome in ("fastest", "slower")]
+    return sum(cell.ratio <= most for cell in both), len(both), outcomes.count("alone")
+
+
+# ---- Where the error of auto exceeds the tolerance, and why ----------------------------------------
+
+Excess = collections.namedtuple("Excess", "scene tolerance ratio growth is_explained why")
+
+
+def over_tolerance(scene, column):
+    """(tolerance, error a second of the motion over the tolerance) of auto."""
+    return [(number(row["setting"]), number(row[column]) / number(row["setting"]) / number(scene["end_s"]))
+            for row in by_contestant(scene["rows"]).get(AUTO, [])]
+
+
+def excesses(scenes):
+    """The largest excess of each scene in which an angle's error grows by more than the tolerance a second; and the scenes of
+    WHY_ERRORS_GROW that keep it. growth: of a rounding of the scene's numbers, till the end."""
+    for name, scene in scenes.items():
+        points, floor, seconds = over_tolerance(scene, "error_theta"), scene["floor"], number(scene["end_s"])
+        coarse = [point for point in points if point[0] * seconds > 10 * floor]
+        worst, worst_coarse = (max(group, key=lambda point: point[1], default=(0, 0)) for group in (points, coarse))
+        growth, reason = floor / ROUNDING, WHY_ERRORS_GROW.get(name)
+        if reason and worst_coarse[1] <= 1:
+            yield Excess(name, *worst_coarse, growth, False, f"keeps its tolerance, though expected not to: {reason}")
+        elif reason:
+            explained = worst_coarse[1] * seconds <= growth
+            yield Excess(name, *worst_coarse, growth, explained, reason if explained else f"NOT EXPLAINED by its growth: {reason}")
+        elif worst_coarse[1] > 1:
+            yield Excess(name, *worst_coarse, growth, False, "NOT EXPLAINED")
+        elif worst[1] > 1:
+            yield Excess(name, *worst, growth, True, "rounding the scene's numbers causes as much")
+
+
+def fast_rates(scenes):
+    """The scenes in which errors of rates exceed the tolerance a second, and for no reason that WHY_ERRORS_GROW names."""
+    return [name for name, scene in scenes.items()
+            if name not in WHY_ERRORS_GROW and any(ratio > 1 for _, ratio in over_tolerance(scene, "error_omega"))]
+
+
+# ---- Effects -----------------------------------------------------------------------------------------
+
+def effect_shares(rows):
+    """{effect: {scene: the part of an evaluation's time that it takes, %}}."""
+    shares = {}
+    for scene, group in grouped(rows, "scene").items():
+        for row in group[1:]:
+            effect = re.sub(r"^\d+ (.*?)s?$", r"\1s", row["without"])
+            shares.setdefault(effect, {})[scene] = round(100 - 100 * number(row["seconds"]) / number(group[0]["seconds"]))
+    return shares
+
+
+def effects_in_short(rows):
+    """Cells: effect, scenes, median and largest share, the scene of the largest."""
+    for effect, shares in effect_shares(rows).items():
+        most = max(shares, key=shares.get)
+        yield effect, len(shares), f"{statistics.median_low(shares.values())} %", f"{shares[most]} %", most
+
+
+# ---- Real machines -----------------------------------------------------------------------------------
+
+def both_joints(values, deviations=(math.nan, math.nan)):
+    """The values of one joint or of two."""
+    return ", ".join(f"{value:.3g}" + (f" ± {deviation:.1g}" if math.isfinite(deviation) else "")
+                     for value, deviation in zip(values, deviations) if math.isfinite(value))
+
+
+def fits_in_short(rows):
+    """Cells: machine, numbers, recordings, the median errors from the first sample and from a fitted start, the numbers found."""
+    for (machine, numbers), group in grouped(rows, "machine", "numbers").items():
+        values = {what: [[number(row["joint_1"]), number(row["joint_2"])] for row in those] for what, those in grouped(group, "what").items()}
+        found = [f"{what}: " + both_joints(values[what][0], *values.get(f"deviation of {what}", []))
+                 for what in dict.fromkeys(row["what"] for row in group if row["recording"] == "all") if not what.startswith("deviation")]
+        first, fitted = (both_joints(map(statistics.median, zip(*values.get(start, [])))) or "–"
+                         for start in ("first measured sample", "start fitted to all"))
+        yield machine, numbers, len(values["start fitted to all"]), first, fitted, "; ".join(found) or "–"
+
 
 def misses(rows):
     """(recording, model, root mean square of each angle's error, rad)."""

@@ -26,6 +26,7 @@ target_include_directories(${PROJECT_NAME}_report_measure PRIVATE ${PROJECT_BINA
 # The report itself is a script; its modules and the templates of its pages lie beside it. readme.py is for makers.
 link_in_devel(src/report/report.py lib/${PROJECT_NAME}/report)
 install(PROGRAMS src/report/report.py DESTINATION ${to_bin} RENAME report)
-file(GLOB modules RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS src/report/*.py src/report/*.jinja)
+file(GLOB modules RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS src/report/*.py src/report/*.jinja
+  src/report/sections/*.jinja)
 list(REMOVE_ITEM modules src/report/report.py src/report/readme.py)
 install(FILES ${modules} DESTINATION ${to_bin})

@@ -12,7 +12,7 @@ namespace planar_chain {
 namespace {
 
 /// Increase it when a class saves other members.
-constexpr int format = 2;
+constexpr int format = 3;
 const std::string firstWords = "planar_chain state " + std::to_string(format) + "\n";
 
 /// FNV-1a.
@@ -145,6 +145,9 @@ SavedState Simulation::save() {
   parts_->undoTrial();
   std::string content;
   Snapshot to = Snapshot::writer(content);
+  int commands = commandCapacity_;
+  bool measures = measures_;
+  to(commands, measures);
   saveOrRestore(to);
   std::string bytes = firstWords, own = kind();
   std::uint64_t hash = hashOf(content);
@@ -152,35 +155,60 @@ SavedState Simulation::save() {
   return SavedState(std::move(bytes));
 }
 
-void Simulation::restore(const SavedState& saved) {
-  const auto refuse = [](const char* expected, const char* found) {
-    throw Refused({{"saved", expected, found}});
-  };
+namespace {
+
+/// A state whose bytes are as they were saved.
+struct Opened {
+  explicit Opened(const SavedState& saved);
+
+  std::string kind, content;
+  int commands = 0;
+  bool measures = false;
+};
+
+[[noreturn]] void refuse(const char* expected, const char* found) {
+  throw Refused({{"saved", expected, found}});
+}
+
+Opened::Opened(const SavedState& saved) {
   const std::string& bytes = saved.bytes();
   const bool isOurs = bytes.compare(0, firstWords.size(), firstWords) == 0;
   if (!isOurs)
     refuse("a state that save() of this version made", "one of another version, or something else");
-  std::string of, content, rest = bytes.substr(firstWords.size());
+  std::string rest = bytes.substr(firstWords.size());
   std::uint64_t hash = 0;
   try {
-    Snapshot::reader(rest)(of, hash, content);
+    Snapshot::reader(rest)(kind, hash, content);
   } catch (const std::exception&) {
     refuse("a whole state", "a part of one");
   }
-  if (of != kind()) {
+  if (hash != hashOf(content)) refuse("a state as it was saved", "one whose bytes have changed");
+  Snapshot::reader(content)(commands, measures);
+}
+
+}  // namespace
+
+void Simulation::restore(const SavedState& saved) {
+  Opened state(saved);
+  if (state.kind != kind()) {
     refuse("a state of the same scene, number of commands and kind of CPU",
            "one of another scene, number of commands or kind of CPU");
   }
-  if (hash != hashOf(content)) refuse("a state as it was saved", "one whose bytes have changed");
-  Snapshot from = Snapshot::reader(content);
+  Snapshot from = Snapshot::reader(state.content);
+  from(state.commands, state.measures);
   saveOrRestore(from);
   ++timesSet_;
 }
 
+std::unique_ptr<Simulation> Simulation::in(const SavedState& saved, const Scene& scene) {
+  const Opened state(saved);
+  auto made = std::make_unique<Simulation>(scene, state.commands, state.measures);
+  made->restore(saved);
+  return made;
+}
+
 std::unique_ptr<Simulation> Simulation::copy() {
-  auto twin = std::make_unique<Simulation>(sceneOfTheStart(), commandCapacity_, measures_);
-  twin->restore(save());
-  return twin;
+  return in(save(), sceneOfTheStart());
 }
 
 }  // namespace planar_chain

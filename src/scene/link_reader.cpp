@@ -36,6 +36,15 @@ void takeFreeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   }
 }
 
+Hints hintsInJoint(const Section& in, bool isInUrdf) {
+  Hints hints = hintsAtMaps(in.pathOf("joint"));
+  for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
+  for (const char* key : {"limit", "limits"}) hints[key] = "no such key: lower and upper are the limits";
+  if (isInUrdf) return hints;
+  for (const char* key : {"mass", "inertia", "com", "pin", "repeat"}) hints[key] = belongsTo(in.pathOf(key));
+  return hints;
+}
+
 /// Reads `joint` and `initial`.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   if (entry.floats) return takeFreeMotion(in, isInUrdf, entry);
@@ -45,14 +54,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   if (!isInUrdf && isPrismatic) keys.push_back("axis");
   for (const char* key : effectKeys(isInUrdf)) keys.push_back(key);
   if (isInUrdf) keys.push_back("limits");
-  Hints hints = hintsAtMaps(in.pathOf("joint"));
-  for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
-  for (const char* key : {"limit", "limits"}) hints[key] = "no such key: lower and upper are the limits";
-  if (!isInUrdf) {
-    for (const char* key : {"mass", "inertia", "com", "pin", "repeat"})
-      hints[key] = belongsTo(in.pathOf(key));
-  }
-  const Section joint = in.section("joint", keys, hints);
+  const Section joint = in.section("joint", keys, [&] { return hintsInJoint(in, isInUrdf); });
   if (isInUrdf && joint.has("limits")) takeNoLimits(joint, entry.joint);
   if (!isInUrdf) takeName(joint, entry);
   if (isPrismatic) joint.take("axis", "no unit: a direction", entry.joint.axis);
@@ -89,7 +91,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
   std::vector<const char*> keys{"mass", "inertia", "com", "pin", "repeat", "joint", "initial"};
   for (const char* key : linkKeys()) keys.push_back(key);
-  const Section in = links.section(name, keys, hintsIn(links.pathOf(name)));
+  const Section in = links.section(name, keys, [&] { return hintsIn(links.pathOf(name)); });
   entry.isSound = isName(name);
   if (!entry.isSound) links.fault(name, nameInWords, quoted(name));
   if (!links.find(name)->map()) return entry;

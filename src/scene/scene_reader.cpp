@@ -297,7 +297,7 @@ static void throwAny(std::vector<Fault>& faults, const Value& value) {
 
 Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::vector<Fault> faults;
-  const Section top(&value, "", sceneKeys(), faults, numbers, hintsAtTop());
+  const Section top(&value, "", sceneKeys(), faults, numbers, hintsAtTop);
 
   // The chain.
   std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);

@@ -245,6 +245,7 @@ int equations(const Arguments& given) {
   const Kane at = kane(scene.chain, q, qd, active);
   std::optional<LinearModel> near;
   if (given.has("linearize")) near = linearized(scene, t, state, about);
+  if (near && !given.has("tau")) near->tau.resize(0);  // not shown
   requireFinite(active, at, near);
   if (given.has("json")) {
     printJson(t, active, at, near);

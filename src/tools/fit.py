@@ -24,7 +24,7 @@ try:
     from planar_chain import BadFit, Failed, Refused, fit
     from planar_chain.fitting.fit import is_bag
     from planar_chain.fitting.report import as_json, as_text
-    from planar_chain.fitting.yaml_edit import with_numbers
+    from planar_chain.fitting.yaml_edit import with_fitted
 except ImportError as missing:
     sys.exit(f"fit: {missing}")
 
@@ -37,7 +37,7 @@ def arguments():
                         help="a number to find, such as links/lower/mass, its first value (default: the scene's) and its bounds")
     parser.add_argument("--predict", nargs="+", action="extend", default=[], metavar="FILE",
                         help="prints the errors on recordings that the fit does not use")
-    parser.add_argument("--output", metavar="FITTED.yaml", help="writes the scene with the fitted numbers; all else in its text stays")
+    parser.add_argument("--output", metavar="FITTED.yaml", help="writes the scene with the fitted numbers; comments behind them give way to their deviations")
     parser.add_argument("--plot", metavar="PICTURE", help="draws angles, residuals and an ellipse: .png, .svg or .pdf")
     parser.add_argument("--json", action="store_true", help="prints one JSON object")
     parser.add_argument("--offsets", action="store_true", help="also fits an offset of each encoder in each recording")
@@ -93,7 +93,8 @@ def write_all(given, result, text):
     if given.output is not None:
         with writing(given.output), open(given.output, "w", encoding="utf-8", errors="surrogateescape") as file:
             file.write(f"# The fit is bad: {result.bad}.\n" * bool(result.bad)
-                       + with_numbers(text, {found.path: found.value for found in result.numbers}))
+                       + with_fitted(text, {found.path: found.deviation for found in result.numbers},
+                                     {found.path: found.value for found in result.numbers}))
     if given.plot is not None:
         from planar_chain.fitting.pictures import draw  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
         save_picture(draw(result, f"{os.path.basename(given.scene)}: fit"), given.plot, dpi=110)

@@ -204,7 +204,7 @@ def points_of(body, named):
                 raise ValueError
             points[text] = body.point(name, at)
         except ValueError:
-            raise Refused(f"--point: expected LINK,x,y with a link of {listed(body.names)}, or tip, got {text}") from None
+            raise Refused(f"--point: expected LINK,x,y with a link of {listed(body.names)}, a frame of the scene, or tip, got {text}") from None
     return points
 
 
@@ -256,7 +256,8 @@ def arguments():
     parser.add_argument("--movie", metavar="FILE", help="writes a .gif, .mp4 or .html of the chain in motion; of several files side by side")
     parser.add_argument("--speed", type=float, metavar="X", help="seconds of motion in a second of --movie (default 1)")
     parser.add_argument("--point", nargs="+", default=[], metavar="LINK,x,y",
-                        help="points of links whose path --strobe and --movie draw, m in the frame of the link (default: tip)")
+                        help="points whose path --strobe and --movie draw: of a link, m in its frame; a frame of the scene; "
+                             "LINK alone: its outer pin (default: tip)")
     parser.add_argument("--dark", action="store_true", help="for a dark screen")
     return parser.parse_args()
 

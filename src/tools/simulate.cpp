@@ -278,6 +278,8 @@ bool runRows(Simulation& simulation, Bags* bags, Rows& rows, const std::vector<M
   }
   csv.close();
   if (bags) bags->close();
+  if (isGood && k > rows.last && !events.empty() && !found.terminal)
+    std::fprintf(stderr, "note: the joint of --until did not pass its angle\n");
   return isGood;
 }
 

@@ -1,6 +1,6 @@
-/// What instructions.py counts: simulations made, evaluations, the exact solve and steps, on short and long
-/// chains. A program, not a test; it writes what it has called, and how often. With any argument it writes
-/// nanoseconds instead, for slowdown.py.
+/// What instructions.py counts: scenes read, simulations made, evaluations, the exact solve and steps, on
+/// short and long chains. A program, not a test; it writes what it has called, and how often. With any
+/// argument it writes nanoseconds instead, for slowdown.py.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -18,6 +18,7 @@
 #include "dynamics/dynamics.h"
 #include "lanes/kernel.h"
 #include "ode/methods.h"
+#include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "support/random_scene.h"
 
@@ -41,6 +42,22 @@ double nanosecondsOf(const std::function<void()>& operation) {
   }
   std::sort(times.begin(), times.end());
   return times[times.size() / 10];
+}
+
+void count(const std::string& what, const char* chain, int links, int times,
+           const std::function<void()>& operation) {
+  operation();
+  if (!isTimed) counted(operation, times);
+  std::printf("%s,%s,%d,%g\n", what.c_str(), chain, links, isTimed ? nanosecondsOf(operation) : times);
+}
+
+/// fit and derivatives by numbers read many scenes.
+void countReading() {
+  const Value values = parseScene(
+      "{chain: [upper, lower], links: {"
+      "upper: {mass: 1, inertia: 0.08, com: [0.5, 0], pin: [1, 0], joint: {damping: 0.05}},"
+      "lower: {mass: 1, inertia: 0.08, com: [0.5, 0], pin: [1, 0], joint: {damping: 0.02}}}}");
+  count("scene read", "dampers", 2, 50, [&] { readScene(values); });
 }
 
 Scene randomScene(int n, bool sprung) {
@@ -126,9 +143,7 @@ class Chains {
   int times() const { return n_ <= 10 ? 50 : n_ <= 100 ? 10 : 3; }
 
   void count(const std::string& what, const std::function<void()>& operation) const {
-    operation();
-    if (!isTimed) counted(operation, times());
-    std::printf("%s,%s,%d,%g\n", what.c_str(), chain_, n_, isTimed ? nanosecondsOf(operation) : times());
+    ::count(what, chain_, n_, times(), operation);
   }
 
   /// Steps so short that none is rejected.
@@ -167,6 +182,7 @@ int main(int argc, char**) {
   std::printf("%s %s, glibc %d.%d, Eigen %d.%d, %s, kernel %s\n", compiler, __VERSION__, __GLIBC__,
               __GLIBC_MINOR__, EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, BUILD,
               simd::kernels().front()->name);
+  countReading();
   for (const bool sprung : {false, true}) {
     for (const int n : {1, 2, 10, 100, 1000}) {
       const char* name = sprung ? "springs and dampers" : "bare";

@@ -24,7 +24,7 @@ import fit_statistics
 from planar_chain import BadFit, Recording, Scene, fit, simulate_many
 from planar_chain.fitting import hints, problem
 from planar_chain.fitting.deviations import correlation_time
-from planar_chain.fitting.yaml_edit import with_numbers
+from planar_chain.fitting.yaml_edit import with_fitted, with_numbers
 
 ROD = {"mass": 1.0, "inertia": 1 / 12, "com": [0.5, 0.0], "pin": [1.0, 0.0]}
 PENDULUM = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": {"damping": 0.1}}}})
@@ -195,6 +195,16 @@ class Numbers(unittest.TestCase):
         self.assertAlmostEqual(found(result)["links/rod/com/0"].value, 0.5, delta=1e-4)
         hint = fit(PENDULUM, data, {"links/rod/com/0": 0.45}, offsets=True).warnings
         self.assertTrue(any("delay" in line and "--delay" in line for line in hint), hint)
+
+    def test_pieces_of_a_motion_under_torques(self):
+        # Each piece has a scene of its own. Only the first four are read for hints, which the missing friction asks for.
+        torque = 2 * np.sin(4 * TIMES)
+        pushed = {**PENDULUM.to_dict(), "loads": {"motor": {"joint": "rod_joint", "torque": 1, "times": TIMES.tolist(), "values": torque.tolist()}}}
+        rough = Scene(pushed).with_values({"links/rod/joint/friction": 0.1})
+        data = {**noisy(motion(rough, [-1.0, 0.0]), 5), "tau": torque[:, None]}
+        result = fit(PENDULUM, data, {"links/rod/com/0": 0.45}, pieces=TIMES[-1] / 6)
+        self.assertAlmostEqual(found(result)["links/rod/com/0"].value, 0.5, delta=0.02)
+        self.assertRegex(" ".join(result.warnings), "friction")
 
     def test_a_delay_needs_a_torque_that_changes(self):
         pushed = Scene({**PENDULUM.to_dict(), "loads": {"push": {"joint": "rod_joint", "torque": 2.0, "start": 0.513, "stop": 1.013}}})
@@ -558,6 +568,17 @@ gravity: [0, -9.81]
         self.assertEqual((values["links"]["a"]["com"], values["links"]["b"]["com"], values["gravity"][1]), ([0.25, 0], [0.5, 0], -9.8))
         for line in ("# mine", "# two", "   # a rod", "     # guessed", "      # the end"):
             self.assertIn(line, text)
+
+    def test_a_guess_does_not_stand_beside_a_fitted_number(self):
+        numbers = {"links/a/com/0": 0.25, "links/a/inertia": 0.2, "links/b/joint/damping": 1e-7, "links/b/joint/friction": 0.5}
+        text = with_fitted(self.TEXT, dict.fromkeys(numbers, 1e-4), numbers)
+        self.assertEqual(yaml.safe_load(text), yaml.safe_load(with_numbers(self.TEXT, numbers)))
+        lines = [line.strip() for line in text.split("\n")]
+        for line in ("# mine", "chain: [a, b]          # two", "damping: 1.0e-07  # fitted: damping ± 0.0001",
+                     "friction: 0.5  # fitted: friction ± 0.0001", "# the end",
+                     "a: &rod {mass: 1, inertia: 0.2, com: [0.25, 0], pin: [1, 0]}  # fitted: com/0 ± 0.0001, inertia ± 0.0001"):
+            self.assertIn(line, lines)
+        self.assertNotIn("guess", text)
 
     def test_what_is_missing_is_added_and_aliases_keep_their_values(self):
         text = with_numbers("chain: [a, b]\nlinks:\n  a: &rod {mass: 1, com: [1, 0]}\n  b: *rod  # same\n",

@@ -5,15 +5,12 @@ Environment variables: FORMULAS_RANDOM, the number of random ones; FORMULAS_PAGE
     formulas_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
 """
 import ctypes
-import functools
 import math
-import operator
 import os
 import re
 import shutil
 import subprocess
 import sys
-import types
 import unittest
 
 try:
@@ -44,35 +41,6 @@ PAGES = {"double_pendulum", "cart_pole", "driven", "thrown", "four_bar"}  # comp
 
 
 # ---- The roads -------------------------------------------------------------------------------------
-
-
-class Later:
-    """A number that is computed later, as tracers of jax and symbols of casadi are: it has no truth, and numpy cannot take it."""
-    __array_ufunc__ = None
-
-    def __init__(self, function, *arguments):
-        self.function, self.arguments = function, arguments
-
-    def __bool__(self):
-        raise TypeError("a condition is known later")
-
-    def value(self):
-        """Computes it once."""
-        if self.arguments is not None:
-            self.function, self.arguments = self.function(*map(value_of, self.arguments)), None
-        return self.function
-
-
-for _name in ("add", "sub", "mul", "truediv", "pow", "neg", "lt", "gt", "le", "ge"):
-    _of = getattr(operator, _name)
-    setattr(Later, f"__{_name}__", lambda *given, of=_of: Later(of, *given))
-    setattr(Later, f"__r{_name}__", lambda a, b, of=_of: Later(of, b, a))
-
-
-def value_of(it):
-    if isinstance(it, list):
-        return [value_of(one) for one in it]
-    return it.value() if isinstance(it, Later) else it
 
 
 def near(output, tau):
@@ -175,22 +143,6 @@ class Values(InFolder):
             counts[f"prismatic joint within and {key}"] = sum(key in scene and places != [] and places[-1] >= len(places)
                                                                for scene, places in zip(scenes, prismatic))
         self.assertGreaterEqual(min(counts.values()), 2, counts)
-
-    def test_modules_that_only_record(self):
-        """Python with modules that have nothing but what casadi and jax.numpy document, and whose values are known later."""
-        casadi = {"cos": math.cos, "sin": math.sin, "sqrt": math.sqrt, "sign": np.sign, "fabs": abs, "if_else": lambda c, a, b: a if c else b}
-        jax = {**{name: casadi[name] for name in ("cos", "sin", "sqrt", "sign", "fabs")}, "where": casadi["if_else"]}
-        for state in states():
-            module = {}
-            exec(python_code(state.formulas, "it", state.name, True), module)  # pylint: disable=exec-used
-            for known in (casadi, jax):
-                xp = types.SimpleNamespace(**{name: functools.partial(Later, of) for name, of in known.items()})
-                t, *inputs = (Later(lambda x=x: x) for x in (state.t, *state.q, *state.qd, *state.tau))
-                n = len(state.q)
-                q, qd, tau = inputs[:n], inputs[n:2 * n], inputs[2 * n:]
-                values = {output: np.array(value_of(module[output](xp, t, q, qd, **near(output, tau))), dtype=float)
-                          for output in state.outputs}
-                state.check(self, values, f"Python with {sorted(known)}")
 
     def test_python(self):
         for state in states():

@@ -19,7 +19,7 @@ import planar_chain
 from planar_chain import Scene, Simulation
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
-from in_folder import URDF, InFolder  # noqa: E402
+from in_folder import URDF  # noqa: E402
 
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../config/scenes")
 ROD = {"mass": 1, "inertia": 0, "com": [1, 0], "pin": [1, 0]}
@@ -230,59 +230,6 @@ class Environments(unittest.TestCase):
             grey.append(np.count_nonzero(np.ptp(picture, axis=2)[100] == 0) > np.count_nonzero((picture[100] == 255).all(axis=1)))
         self.assertLess(max(middles), 8)  # half of the cart
         self.assertTrue(all(grey))
-
-    def test_gymnasium_accepts_it(self):
-        try:
-            import gymnasium
-            from gymnasium.utils.env_checker import check_env
-        except ImportError:
-            self.skipTest("gymnasium is not installed")
-        env = Spin({"rod_joint": 1.0}, render_mode="rgb_array")
-        self.assertIsInstance(env, gymnasium.Env)
-        self.assertIsInstance(env.action_space, gymnasium.spaces.Box)
-        check_env(env)
-
-
-GYMNASIUM = {  # in its place: the names that an Environment takes from it, with the arguments that its documentation gives
-    "__init__": """
-import numpy as np
-from gymnasium import spaces
-class Env:
-    np_random = None
-    def reset(self, *, seed=None, options=None):
-        if seed is not None:
-            self.np_random = np.random.Generator(np.random.PCG64(seed))
-""",
-    "spaces": """
-import numpy as np
-class Box:
-    def __init__(self, low, high, shape=None, dtype=np.float32, seed=None):
-        self.low, self.high, self.shape, self.dtype = low.astype(dtype), high.astype(dtype), low.shape, np.dtype(dtype)
-    def __repr__(self):
-        return "a Box of Gymnasium"
-"""}
-OF_GYMNASIUM = """
-import gymnasium
-from python_environment_test import Spin
-env = Spin({"rod_joint": 1.0})
-assert isinstance(env, gymnasium.Env) and isinstance(env.action_space, gymnasium.spaces.Box), type(env).mro()
-assert repr(env.observation_space) == "a Box of Gymnasium" and env.observation_space.dtype == float
-observation, info = env.reset(seed=7, options=None)
-assert env.np_random.integers(1 << 30) == env.np_random.__class__(env.np_random.bit_generator.__class__(7)).integers(1 << 30)
-assert observation.tolist() == [0, 1, 0] and info == {}
-assert len(env.step([0.5])) == 5
-"""
-
-
-class Gymnasium(InFolder):
-    def test_an_environment_is_one_of_its_own(self):
-        os.mkdir(self.path("gymnasium"))
-        for name, text in GYMNASIUM.items():
-            with open(self.path(f"gymnasium/{name}.py"), "w") as file:
-                file.write(text)
-        here = os.path.dirname(os.path.abspath(__file__))
-        folders = os.pathsep.join([self.path(""), here, os.environ.get("PYTHONPATH", "")])
-        subprocess.run([sys.executable, "-c", OF_GYMNASIUM], check=True, env={**os.environ, "PYTHONPATH": folders})
 
 
 class ClosedChains(unittest.TestCase):

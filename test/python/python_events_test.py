@@ -140,7 +140,7 @@ class Tool(unittest.TestCase):
         self.assertIn(f"t = {rows[-1][0]:g} s by", done.stdout)
         self.assertEqual(rows[-2][0], (len(rows) - 2) / 100)
         done, rows = self.simulate("--duration", "0.1", "--until", "upper_joint=-40")
-        self.assertEqual((done.returncode, rows[-1][0]), (0, 0.1))
+        self.assertEqual((done.returncode, rows[-1][0], done.stderr), (0, 0.1, "note: the joint of --until did not pass its angle\n"))
 
     def test_until_names_what_is_wrong(self):
         form = "--until: expected JOINT = ANGLE, such as 'upper_joint = 1.57' (rad; m of a prismatic joint), got "

@@ -62,6 +62,37 @@ class Many(unittest.TestCase):
                     simulation.advance_to(t)
                     np.testing.assert_allclose(state, simulation.state, atol=0 if bits else 1e-7, rtol=0)
 
+    def test_runs_go_on_from_a_saved_state(self):
+        values = DOUBLE.to_dict()
+        lagging = {"effort_limit": 5.0, "friction": 0.3, "motor": {"time_constant": 0.05}, "command_delay": 0.02}
+        scene = Scene({**values, "links": {**values["links"], "upper": {**ROD, "joint": lagging}}})
+        simulation = Simulation(scene)
+        simulation.hold_torques([4.0, 0.1])
+        simulation.advance_to(0.21)  # one torque still lags
+        saved = simulation.save()
+        times = [0.21, 0.3, 0.45]
+        torques = RANDOM.normal(size=(7, 3, 2))
+        many = simulate_many(scene, times, torques=torques, state=saved)
+        self.assertEqual(many.reasons, {})
+        for states, steps, run in zip(many.states, many.steps, torques):
+            simulation.restore(saved)
+            before = simulation.statistics().steps
+            for t, tau, state in zip(times, run, states):
+                if t > simulation.time:
+                    simulation.hold_torques(tau)
+                simulation.advance_to(t)
+                self.assertEqual(state.tolist(), simulation.state.tolist())
+            self.assertEqual(steps, simulation.statistics().steps - before)
+        for arguments, fault in (
+                ({"state": saved, "times": [0.2]}, "times/0: expected a number >= 0.21 s, the time of the state, got 0.2"),
+                ({"state": saved, "scene": DOUBLE}, "saved: expected a state of the same scene"),
+                ({"state": Simulation(scene, commands=0).save(), "times": [0.0]}, "state: expected one of a simulation with commands"),
+                ({"state": 3}, "state: expected a state that Simulation.save.. returned, got 3"),
+                ({"state": saved, "initial": np.zeros((7, 4))}, "state: expected no initial states"),
+                ({"state": saved, "torques": None}, "torques: expected those of each run")):
+            with self.assertRaisesRegex(Refused, fault):
+                simulate_many(**{"scene": scene, "times": [0.4], "torques": torques[:, :1], **arguments})
+
     def test_values_of_a_ramp_are_numbers_of_a_run(self):
         loads = {"u": {"joint": "upper_joint", "torque": 1.0, "times": [0, 0.5, 1], "values": [0, 0, 0]}}
         scene = Scene({**DOUBLE.to_dict(), "loads": loads})

@@ -345,15 +345,31 @@ class Motions(InFolder):
         np.testing.assert_allclose(simulation.base_wrench()[:2], -motions["pin_force"][0], rtol=1e-12)
 
 
-class Page(unittest.TestCase):
-    def test_its_examples_run_one_after_the_other(self):
-        with open(os.path.join(ROOT, "src/python/README.md"), encoding="utf-8") as file:
-            blocks = re.findall(r"^```python\n(.*?)^```$", file.read(), re.MULTILINE | re.DOTALL)
+def run_examples(page, folder, cut=()):
+    """Runs the Python code of a page, in a folder; cut: pairs of a text and a shorter one. Returns what it prints."""
+    with open(os.path.join(ROOT, page), encoding="utf-8") as file:
+        code = "".join(re.findall(r"^```python\n(.*?)^```$", file.read(), re.MULTILINE | re.DOTALL))
+    for text, shorter in cut:
+        assert text in code, text
+        code = code.replace(text, shorter)
+    return subprocess.run([sys.executable, "-c", code], cwd=folder, stdout=subprocess.PIPE, universal_newlines=True, check=True).stdout
+
+
+class Pages(unittest.TestCase):
+    def test_the_examples_run_one_after_the_other(self):
         with tempfile.TemporaryDirectory() as folder:
-            code = "".join(blocks).replace('"movie.html"', repr(os.path.join(folder, "movie.html")))
-            run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, universal_newlines=True, check=True)
-        self.assertIn("robot_description: expected", run.stdout)
-        self.assertIn("(1000, 3, 4) True {}", run.stdout)
+            said = run_examples("src/python/README.md", folder)
+            self.assertGreater(os.path.getsize(os.path.join(folder, "movie.html")), 1000)
+        self.assertIn("robot_description: expected", said)
+        self.assertIn("(1000, 3, 4) True {}", said)
+
+    def test_the_controller_of_the_first_page_balances_the_pole(self):
+        with tempfile.TemporaryDirectory() as folder:
+            said = run_examples("README.md", folder, [
+                ('animate(scene, times, states).save("swing_up.gif", dpi=80)', "print(plant.state)"),
+                ("times = np.arange(251) / 50", "times = np.arange(6) / 50")])
+            self.assertGreater(os.path.getsize(os.path.join(folder, "pendulum.gif")), 1000)
+        np.testing.assert_allclose(np.array(said.strip("[]\n").split(), dtype=float), [0, np.pi / 2, 0, 0], atol=0.1)
 
 
 class Readme(unittest.TestCase):

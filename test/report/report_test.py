@@ -20,7 +20,9 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).absolute().parent / "../../src/report"))
 import matplotlib  # noqa: E402  pylint: disable=wrong-import-position
 import PIL.Image  # noqa: E402  pylint: disable=wrong-import-position
+import numpy as np  # noqa: E402  pylint: disable=wrong-import-position
 import figures  # noqa: E402  pylint: disable=wrong-import-position
+import render  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 
 BIN = ""
@@ -48,6 +50,8 @@ class Report(unittest.TestCase):
         cls.folder = pathlib.Path(cls.scratch.name) / "new/report"
         cls.arguments = ["--output", str(cls.folder), "--quick", "--scenes", ",".join(SCENES), "--studies", "race,consistency"]
         cls.result = run(*cls.arguments)
+        others = {results.side_of((row["engine"], "")) for row in table(cls.folder / "work_precision.csv")}
+        cls.drawn = [*SCENES, "asked", "against_own", "orders", *(["against_programs"] if "programs" in others else [])]
 
     @classmethod
     def tearDownClass(cls):
@@ -104,7 +108,7 @@ class Report(unittest.TestCase):
     def test_the_page_is_whole_and_needs_its_folder_only(self):
         page = (self.folder / "index.html").read_text(encoding="utf-8")
         pictures = re.findall(r'<img [^>]*src="([^"]*)"', page)
-        self.assertEqual(sorted(pictures), sorted(f"{name}.svg" for name in (*SCENES, "asked", "verdict", "orders")))
+        self.assertEqual(sorted(pictures), sorted(f"{name}.svg" for name in self.drawn))
         for picture in pictures:
             ElementTree.parse(self.folder / picture)
         for target in re.findall(r'(?:src|href)="([^"]*)"', page):
@@ -115,18 +119,18 @@ class Report(unittest.TestCase):
     def test_the_page_for_code_hosts_has_the_same_pictures(self):
         page = (self.folder / "README.md").read_text(encoding="utf-8")
         names = sorted(re.findall(r"!\[.+\]\((.*)\.png\)", page))
-        self.assertEqual(names, sorted((*SCENES, "asked", "verdict", "orders")))
+        self.assertEqual(names, sorted(self.drawn))
         for name in names:
             with PIL.Image.open(self.folder / f"{name}.png") as image:
                 self.assertGreaterEqual(image.width, 700)
         self.assertNotIn("DOES NOT FIT", page)
         self.assertRegex(page, r"\| triple \|( [0-9.,e+]+ \|){3}")
-        self.assertEqual(page.count("Left out: not measured."), 8)
+        self.assertEqual(page.count("Left out: not measured."), 9)
 
     def test_curves_stand_before_tables(self):
         page = (self.folder / "index.html").read_text(encoding="utf-8")
         sections = [section for section in page.split("<h2")[1:] if "<table" in section]
-        self.assertGreaterEqual(len(sections), 3)
+        self.assertGreaterEqual(len(sections), 2)
         for section in sections:
             self.assertLess(section.find("<img"), section.find("<table"), section[:80])
             self.assertIn("<img", section)
@@ -181,6 +185,11 @@ class Committed(unittest.TestCase):
         with PIL.Image.open(path) as image:
             return image.text
 
+    def test_it_says_why_errors_exceed_the_tolerance(self):
+        page = (COMMITTED / "README.md").read_text(encoding="utf-8")
+        for words in ("NOT EXPLAINED", "though expected not to"):
+            self.assertNotIn(words, page)
+
     def test_it_is_below_a_megabyte(self):
         files = [path for path in COMMITTED.iterdir() if path.suffix not in (".svg", ".html")]
         self.assertLess(sum(path.stat().st_size for path in files), MEGABYTE)
@@ -190,31 +199,76 @@ class Committed(unittest.TestCase):
 class Reasons(unittest.TestCase):
     """Where auto is not the fastest, from made-up points of errors 1e-2, 1e-4, 1e-6."""
 
-    def verdict(self, level, **others):
+    def verdict(self, level, side="own", **others):
         rows = []
         for name, (seconds, evaluations) in {"planar_chain auto": (1, 100), **others}.items():
             engine, method = name.split(" ")
             rows += [{"engine": engine, "method": method, "setting": f"{error:g}", "error_theta": f"{error:g}",
                       "cpu_seconds": str(seconds), "evaluations": str(evaluations), "outcome": "ok"}
                      for error in (1e-2, 1e-4, 1e-6)]
-        return results.verdict(rows, level, 1e-12)
+        return results.verdict(rows, level, 1e-12, side)
 
     def test_each_case_has_its_own(self):
         seen = set()
-        for others, outcome in (({"planar_chain dop853": (2, 100)}, "fastest"),
-                                ({"planar_chain dop853": (0.5, 50)}, "slower"),
-                                ({"planar_chain dop853": (0.5, 100)}, "slower"),
-                                ({"planar_chain dopri5": (0.5, 50)}, "slower"),
-                                ({"planar_chain rk4": (0.5, 50)}, "slower"),
-                                ({"odeint Fehlberg": (0.5, 50)}, "slower"),
-                                ({"odeint Fehlberg": (0.5, 100)}, "slower"),
-                                ({"odeint Fehlberg": (0.99, 100)}, "slower")):
-            cell = self.verdict(4, **others)
+        for side, others, outcome in (("own", {"planar_chain dop853": (2, 100)}, "fastest"),
+                                      ("own", {"planar_chain dop853": (0.5, 50)}, "slower"),
+                                      ("own", {"planar_chain dop853": (0.5, 100)}, "slower"),
+                                      ("own", {"planar_chain dopri5": (0.5, 50)}, "slower"),
+                                      ("own", {"planar_chain rk4": (0.5, 50)}, "slower"),
+                                      ("programs", {"Bullet RK4": (0.5, 50)}, "slower"),
+                                      ("programs", {"Bullet RK4": (0.5, 100)}, "slower"),
+                                      ("programs", {"Bullet RK4": (0.99, 100)}, "slower")):
+            cell = self.verdict(4, side, **others)
             self.assertEqual(cell.outcome, outcome, others)
             self.assertNotIn(cell.why, seen)
             seen.add(cell.why)
         self.assertEqual(self.verdict(8).outcome, "nobody")
-        self.assertEqual(self.verdict(5, **{"odeint Fehlberg": (0.5, 50)}).ratio, 2)
+        self.assertEqual(self.verdict(5, "programs", **{"Bullet RK4": (0.5, 50)}).ratio, 2)
+
+    def test_each_side_is_compared_by_itself(self):
+        others = {"planar_chain dop853": (4, 1), "odeint Fehlberg": (0.125, 1), "Bullet RK4": (2, 1)}
+        self.assertEqual({side: round(self.verdict(4, side, **others).ratio, 9) for side in results.SIDES},
+                         {"own": 0.25, "programs": 0.5, "integrators": 8})
+
+    def test_the_first_lines_name_what_is_near_or_ahead(self):
+        cells = {("a", 3): self.verdict(4, "programs", **{"Bullet RK4": (0.5, 1)}),
+                 ("a", 6): self.verdict(6, "programs", **{"Bullet RK4": (1.6, 1)}),
+                 ("b", 3): self.verdict(4, "programs", **{"ODE Euler": (2, 1)}), ("b", 6): self.verdict(6, "programs")}
+        self.assertEqual(results.in_words(results.ahead(cells, 1)), "a (Bullet): 2.00 at 1e-3")
+        self.assertEqual(results.in_words(results.ahead(cells, 0.5, 1)), "a (Bullet): 0.62 at 1e-6")
+        self.assertEqual(results.tally(cells, 0.5), (1, 3, 1))
+        self.assertEqual(results.in_words([("a", "ODE", [(3, 1.5), (4, 1.2), (5, 2)]), ("b", "ODE", [(3, 1.5), (6, float("inf"))])]),
+                         "a (ODE): 1.20 to 2.00 at 1e-3 to 1e-5; b (ODE): 1.50 to not reached at 1e-3, 1e-6")
+
+
+class Excesses(unittest.TestCase):
+    """Scenes of 10 s whose rounding moves the end by 1e-10, by the error of auto at a tolerance of 1e-6."""
+
+    @staticmethod
+    def excess(name, error, tolerance="1e-6"):
+        row = {"engine": "planar_chain", "method": "auto", "setting": tolerance, "error_theta": str(error), "error_omega": "0", "outcome": "ok"}
+        return [(each.is_explained, round(each.ratio, 6)) for each in results.excesses({name: {"rows": [row], "floor": 1e-10, "end_s": "10"}})]
+
+    def test_an_excess_needs_a_reason_and_a_reason_an_excess(self):
+        self.assertEqual(self.excess("triple", 9e-6), [])
+        self.assertEqual(self.excess("triple", 2e-5), [(False, 2)])
+        self.assertEqual(self.excess("double", 2e-5), [(True, 2)])
+        self.assertEqual(self.excess("double", 9e-6), [(False, 0.9)])
+        self.assertEqual(self.excess("double", 1e2), [(False, 1e7)])  # more than a rounding grows
+        self.assertEqual(self.excess("triple", 2e-10, "1e-11"), [(True, 2)])  # rounding
+
+
+class Short(unittest.TestCase):
+    def test_fits_are_in_ten_lines(self):
+        short = list(results.fits_in_short(results.read_table(COMMITTED / "fits.csv")))
+        self.assertLessEqual(len(short), 10)
+        self.assertEqual(short[0][:4], ("single", "authors'", 5, "0.081"))  # the median of 0.2231, 0.147, 0.081, 0.0147, 0.0205
+        self.assertRegex(short[-1][-1], r"^friction \(N m\): 0.168 ± 0.008, 0.192 ± 0.005; com")
+
+    def test_effects_are_named_without_their_number(self):
+        rows = [{"scene": scene, "without": without, "seconds": seconds}
+                for scene, without, seconds in (("a", "nothing", "10"), ("a", "1 rotor", "9"), ("b", "nothing", "10"), ("b", "3 rotors", "4"))]
+        self.assertEqual(list(results.effects_in_short(rows)), [("rotors", 2, "10 %", "60 %", "b")])
 
 
 class Pictures(unittest.TestCase):
@@ -222,7 +276,7 @@ class Pictures(unittest.TestCase):
         scenes = [f"scene{k}" for k in range(60)]
         ratio = {name: 0.3 * 1.04**k for k, name in enumerate(scenes)}  # to 3
         figure = figures.verdict({(name, level): results.Cell("slower", ("odeint", "any"), ratio[name], 1, "")
-                                  for name in scenes for level in results.LEVELS}, scenes)
+                                  for name in scenes for level in results.LEVELS}, scenes, "method", 1)
         figure.canvas.draw()
         axes = figure.axes[0]
         rows = axes.collections[0].get_facecolors().reshape(len(scenes), len(results.LEVELS), 4)
@@ -233,45 +287,67 @@ class Pictures(unittest.TestCase):
         for word in ("alone", "not reached", "–"):
             self.assertIn(word, words)
 
+    @staticmethod
+    def scene(*runs):
+        """Of (engine, method, seconds, outcome), all with an error of 1e-5."""
+        return figures.scene("title", [{"engine": engine, "method": method, "cpu_seconds": seconds, "error_theta": "1e-5", "outcome": outcome}
+                                       for engine, method, seconds, outcome in runs], 1e-12).axes
+
     def test_no_plot_has_more_than_ten_series(self):
         own = ("auto", "rk4", "dopri5", "dop853", "rodas5p", "radau13", "taylor", "ros34pw2", "ros34pw2_fixed")
-        others = ("by hand", "odeint", "SUNDIALS", "MuJoCo", "Bullet", "DART", "Simbody", "ODE")
-        who = [("planar_chain", method) for method in own] + [(other, method) for other in others for method in "ab"]
-        rows = [{"engine": engine, "method": method, "cpu_seconds": "1", "error_theta": "1e-5", "outcome": "ok"}
-                for engine, method in who]
-        panels = figures.scene("title", rows, 1e-12).axes
+        others = [name for name in figures.COLOURS if name not in own]
+        panels = self.scene(*[("planar_chain", method, "1", "ok") for method in own],
+                            *[(other, method, "1", "ok") for other in others for method in "ab"])
         series = [[line for line in axes.lines if not line.get_label().startswith("_")] for axes in panels]
-        self.assertEqual([len(each) for each in series], [9, 9])
+        self.assertEqual([len(each) for each in series], [10, 3, 9])
 
+    def test_a_scene_says_above_the_curves_what_they_are(self):
+        panels = self.scene(*[(engine, "auto", "1", "ok") for engine in ("planar_chain", "ODE", "SUNDIALS", "odeint")])
+        self.assertEqual([axes.get_title() for axes in panels],
+                         ["against other programs", "SUNDIALS and odeint\nunder our equations", "against its own methods"])
+        drawn = [[line.get_label() for line in axes.lines if not line.get_label().startswith("_")] for axes in panels]
+        self.assertEqual(drawn, [["auto", "ODE: auto"], ["auto", "SUNDIALS:\nauto", "odeint:\nauto"], ["auto"]])
 
     def test_a_scene_marks_the_slowest_failure_of_each_and_names_what_it_shows(self):
-        rows = [{"engine": "planar_chain", "method": method, "cpu_seconds": seconds, "error_theta": "1e-5", "outcome": outcome}
-                for method in ("auto", "rk4") for seconds, outcome in (("1e-5", "diverged"), ("1e-4", "diverged"), ("1e-3", "ok"))]
-        left = figures.scene("title", rows, 1e-12).axes[0]
-        marks = [line for line in left.lines if line.get_marker() == "x"]
+        _, own = self.scene(*[("planar_chain", method, seconds, outcome) for method in ("auto", "rk4")
+                              for seconds, outcome in (("1e-5", "diverged"), ("1e-4", "diverged"), ("1e-3", "ok"))])
+        marks = [line for line in own.lines if line.get_marker() == "x"]
         self.assertEqual([list(line.get_xdata()) for line in marks], [[1e-4], [1e-4]])
-        self.assertEqual([text.get_text() for text in left.get_legend().get_texts()], ["auto", "rk4", "rounding", "diverged"])
-        orders = {line.get_label(): line.get_zorder() for line in left.lines}
+        self.assertEqual([text.get_text() for text in own.get_legend().get_texts()], ["auto", "rk4", "rounding", "diverged"])
+        orders = {line.get_label(): line.get_zorder() for line in own.lines}
         self.assertLess(orders["auto"], orders["rk4"])
 
-    def test_both_panels_of_a_scene_share_the_scale(self):
-        rows = [{"engine": engine, "method": method, "cpu_seconds": seconds, "error_theta": "1e-5", "outcome": "ok"}
-                for engine, method, seconds in (("planar_chain", "auto", "1e-3"), ("planar_chain", "rk4", "1e-5"),
-                                                ("ODE", "Euler", "10"))]
-        left, right = figures.scene("title", rows, 1e-12).axes
+    def test_all_panels_of_a_scene_share_the_scale(self):
+        left, right = self.scene(("planar_chain", "auto", "1e-3", "ok"), ("planar_chain", "rk4", "1e-5", "ok"), ("ODE", "Euler", "10", "ok"))
         self.assertEqual((left.get_xlim(), left.get_ylim()), (right.get_xlim(), right.get_ylim()))
 
-    def test_no_two_curves_have_one_colour(self):
-        rows = [{"engine": "planar_chain", "method": "auto", "setting": "1e-5", "error_theta": "1e-6", "error_omega": "1e-6",
-                 "outcome": "ok"}]
-        axes = figures.asked_and_got({f"scene{k}": {"rows": rows} for k in range(17)}).axes[0]
-        costs = figures.effects([{"scene": "a", "without": name, "seconds": "1"} for name in ("nothing", *"abcdefghijklm")]).axes[0]
-        for colours in (figures.COLOURS.values(), [line.get_color() for line in axes.lines],
-                        [line.get_color() for line in costs.lines[:-1]]):  # the last one is at 1
-            colours = [matplotlib.colors.to_rgb(colour) for colour in colours]
-            for k, colour in enumerate(colours):
-                for other in colours[:k]:
-                    self.assertGreater(max(abs(a - b) for a, b in zip(colour, other)), 0.1)
+    def test_each_program_has_a_colour_of_its_own(self):
+        engines = {row["engine"] for row in results.read_table(COMMITTED / "work_precision.csv")} - {"planar_chain"}
+        self.assertLessEqual(engines, set(figures.COLOURS))
+        self.assertLessEqual(engines, set(figures.MARKS))
+        colours = [matplotlib.colors.to_rgb(colour) for colour in figures.COLOURS.values()]
+        for k, colour in enumerate(colours):
+            for other in colours[:k]:
+                self.assertGreater(max(abs(a - b) for a, b in zip(colour, other)), 0.1)
+
+    def test_only_scenes_above_the_tolerance_are_named(self):
+        scenes = {name: {"rows": [{"engine": "planar_chain", "method": "auto", "setting": "1e-6", "error_theta": error, "error_omega": error,
+                                   "outcome": "ok"}], "floor": 1e-10, "end_s": "1"} for name, error in (("double", "1e-5"), ("triple", "1e-7"))}
+        axes = figures.asked_and_got(scenes).axes[0]
+        self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()], ["double", "the other scenes"])
+
+    def test_a_palette_keeps_even_areas(self):
+        figure = figures.plt.figure(figsize=(4, 4), dpi=100)
+        even = ["#%02x%02x%02x" % (96 + 4 * k, 174, 97) for k in range(40)]  # a scale
+        for k, colour in enumerate(even):
+            figure.add_artist(figures.plt.Rectangle((k / 40, 0.98), 1 / 40, 0.01, color=colour, linewidth=0, antialiased=False))
+        for k in range(30):
+            figure.text(0, 0.03 * k, "words whose edges have many shades, each more frequent", fontsize=7 + 0.1 * k, alpha=1 - 0.01 * k)
+        figure.canvas.draw()
+        drawn = PIL.Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB")
+        kept = {colour for _, colour in render.with_palette(drawn).convert("RGB").getcolors()}
+        for colour in even:
+            self.assertIn(tuple(round(255 * part) for part in matplotlib.colors.to_rgb(colour)), kept)
 
 
 class Arguments(unittest.TestCase):

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""The scripts of the repository: launch/arguments, launch/record.sh, .ci/run, and that one build serves launch/sim and test/run.
+"""The scripts of the repository: launch/arguments, launch/record.sh, .ci/run, ROS in /opt/ros, and that one build serves launch/sim and
+test/run. What the build needs and is missing is named at once.
 
     scripts_test.py [-DNAME=VALUE … for cmake] [unittest options]
 """
@@ -133,6 +134,73 @@ class Ci(InFolder):
                 self.assertEqual(log.read(), count * (copy + '\n'))
             if count == 3:
                 os.remove(self.path('gone'))
+
+
+class OptRos(InFolder):
+    """launch/sim in a copy of the scripts, with a folder in the place of /opt/ros. ROS there has stand-ins that tell what they get."""
+
+    def setUp(self):
+        super().setUp()
+        for folder in ('launch', 'config/scenes'):
+            shutil.copytree(os.path.join(ROOT, folder), self.path(folder))
+        with open(self.path('launch/prepare.sh'), 'r+', encoding='utf-8') as file:
+            text = file.read()
+            self.assertIn('"/opt/ros/$distro', text)
+            file.seek(0)
+            file.write(text.replace('/opt/ros', self.path('opt')))
+        self.write('build/devel/setup.bash', '')
+
+    def write(self, name, text):
+        os.makedirs(os.path.dirname(self.path(name)), exist_ok=True)
+        with open(self.path(name), 'w', encoding='utf-8') as file:
+            file.write(text)
+        os.chmod(self.path(name), 0o755)
+
+    def put_ros(self, distro, marker='.catkin'):
+        self.write('opt/%s/%s' % (distro, marker), '')
+        self.write('opt/%s/setup.bash' % distro, 'export ENTERED=%s PATH="%s:$PATH"' % (distro, self.path('bin')))
+
+    def script(self, command, **environment):
+        """The last line of what a command prints in the folder."""
+        run = subprocess.run(['bash', '-euc', command], cwd=self.folder, stdout=subprocess.PIPE, universal_newlines=True, check=True,
+                             env={**{key: value for key, value in os.environ.items() if key != 'ROS_DISTRO'}, **environment})
+        return run.stdout.splitlines()[-1]
+
+    def test_the_one_of_ros_distro_comes_first(self):
+        chosen = 'source launch/prepare.sh; echo "${ENTERED:-} $(printf "%s\n" "${to_run[@]}" "${to_test[@]}" | grep -E "tf$|rostest$|rviz$" | paste -sd " ")"'
+        debian = ' rviz python3-rostest'
+        self.put_ros('humble', marker='.colcon_install_layout')  # ROS 2
+        self.assertEqual(self.script(chosen, ROS_DISTRO='humble'), debian)
+        for distro, given, taken in (('noetic', {}, 'noetic'), ('one', {}, 'one'), ('other', {}, 'one'), ('', {'ROS_DISTRO': 'noetic'}, 'noetic'),
+                                     ('', {'ROS_DISTRO': 'other'}, 'other'), ('', {'ROS_DISTRO': 'humble'}, 'one')):
+            if distro:
+                self.put_ros(distro)
+            self.assertEqual(self.script(chosen, **given), '{0} ros-{0}-rviz ros-{0}-tf ros-{0}-rostest'.format(taken))
+
+    def test_sim_starts_with_ros_one(self):
+        self.put_ros('one')
+        packages = self.script('source launch/prepare.sh; echo "${to_run[@]}"').split()
+        self.assertIn('ros-one-ros-base', packages)
+        self.write('bin/dpkg-query', '#!/bin/sh\nprintf "installed %s\\n" ' + ' '.join(packages))
+        self.write('bin/cmake', '#!/bin/sh\necho "[100%] Building $ENTERED"')
+        self.write('bin/roslaunch', '#!/bin/sh\necho "roslaunch $ENTERED $*"')
+        self.assertEqual(self.script('launch/sim scene:=rope'), 'roslaunch one planar_chain sim.launch scene:=rope')
+
+
+class Missing(InFolder):
+    def test_all_that_is_missing_is_named_at_once(self):
+        python = self.path('python3')
+        with open(python, 'w', encoding='ascii') as file:
+            file.write('#!/bin/sh\necho "/none;.so"\n')  # the folder of Python.h
+        os.chmod(python, 0o755)
+        run = subprocess.run(['cmake', '-S', ROOT, '-B', self.path('build'), '-DPLANAR_CHAIN_ROS=OFF', '-DSKBUILD=2', '-DPYTHON_EXECUTABLE=' + python,
+                              '-DCMAKE_FIND_ROOT_PATH=/none', '-DCMAKE_FIND_ROOT_PATH_MODE_PACKAGE=ONLY', '-DCMAKE_FIND_ROOT_PATH_MODE_LIBRARY=ONLY'],
+                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, universal_newlines=True, check=False)
+        self.assertEqual(run.returncode, 1)
+        line = ('sudo apt install libboost-program-options-dev libeigen3-dev libtinyxml2-dev libyaml-cpp-dev nlohmann-json3-dev python3-dev\n')
+        self.assertIn(line, run.stderr)
+        with open(os.path.join(ROOT, 'README.md'), encoding='utf-8') as page:
+            self.assertTrue(set(line.split()) <= set(re.search(r'sudo apt install (?:.*\\\n)?.*', page.read()).group().split()))
 
 
 class OneBuild(InFolder):

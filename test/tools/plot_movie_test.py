@@ -4,7 +4,6 @@
     plot_movie_test.py BIN [unittest options]        BIN: the folder that holds simulate, equations and plot
 """
 import base64
-import contextlib
 import html
 import io
 import json
@@ -20,6 +19,7 @@ import numpy as np
 from PIL import Image
 
 from plot_tool import BIN, PlotTool, body_of, plot
+from browser import browser
 from drawing.movie import DPI, FPS, Movie
 
 BLUE, ORANGE = (0, 114, 178), (213, 94, 0)
@@ -28,29 +28,6 @@ BLUE, ORANGE = (0, 114, 178), (213, 94, 0)
 def pixels_of(picture, colour):
     """Rows and columns of what has about this colour."""
     return np.nonzero(abs(np.asarray(picture.convert("RGB"), dtype=int) - colour).max(axis=2) < 40)
-
-
-@contextlib.contextmanager
-def browser():
-    """call(method, path, **body) of a headless Chromium, by the WebDriver protocol."""
-    with subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, universal_newlines=True) as driver:
-        try:
-            port = next(found.group(1) for found in (re.search(r"successfully on port (\d+)", line) for line in driver.stdout) if found)
-
-            def call(method, path, **body):
-                request = urllib.request.Request(f"http://127.0.0.1:{port}/session{path}", method=method,
-                                                 data=json.dumps(body).encode() if method == "POST" else None)
-                with urllib.request.urlopen(request, timeout=120) as answer:
-                    return json.load(answer)["value"]
-
-            options = {"args": ["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=900,800"]}
-            session = "/" + call("POST", "", capabilities={"alwaysMatch": {"goog:chromeOptions": options}})["sessionId"]
-            try:
-                yield lambda method, path, **body: call(method, session + path, **body)
-            finally:
-                call("DELETE", session)
-        finally:
-            driver.terminate()
 
 
 class Movies(PlotTool):
@@ -195,6 +172,9 @@ class Animate(PlotTool):
         movie.save(self.path("run.gif"))
         with Image.open(self.path("run.gif")) as gif:
             self.assertEqual(gif.n_frames, 6)
+        movie.save(self.path("run.gif"), dpi=DPI // 2)
+        with Image.open(self.path("run.gif")) as gif:
+            np.testing.assert_allclose(gif.size, np.array(first.size) / 2, atol=1)
         with self.assertRaisesRegex(ValueError, r"expected a name that ends in .gif, .mp4 or .html, got run.avi"):
             movie.save("run.avi")
 
@@ -214,7 +194,7 @@ class Animate(PlotTool):
                                            ([0.0, 1.0], np.zeros((2, 3)), {}, "states: expected 2 rows of 2 or 4 finite numbers, got an array of shape"),
                                            ([0.0, 1.0], np.full((2, 2), np.nan), {}, "states: expected 2 rows of 2 or 4 finite numbers"),
                                            ([0.0, 1.0], np.zeros((2, 2)), {"speed": 0}, "speed: expected a number above 0, got 0"),
-                                           ([0.0, 1.0], np.zeros((2, 2)), {"points": ["elbow"]}, "points: expected tip or")):
+                                           ([0.0, 1.0], np.zeros((2, 2)), {"points": ["elbow"]}, "points: expected tip, a frame of")):
             with self.assertRaisesRegex(ValueError, fault):
                 self.animate(scene, times, states, **more)
 

@@ -213,7 +213,7 @@ class Strobe(PlotTool):
             text = file.read()
         self.assertTrue("path of coupler,0.5,0.3" in text and "path of tip" not in text)  # the tip is pinned
         for wrong in ("rod,0,0", "coupler,0", "coupler,a,0", "coupler,0,inf"):
-            self.assertIn(f"--point: expected LINK,x,y with a link of crank, coupler, rocker, or tip, got {wrong}",
+            self.assertIn(f"--point: expected LINK,x,y with a link of crank, coupler, rocker, a frame of the scene, or tip, got {wrong}",
                           self.refused(table, "--strobe", "four_bar", "--point", wrong))
 
     def test_strobe_is_drawn_and_refuses_what_does_not_fit(self):

@@ -84,7 +84,8 @@ def modes(scene, q=None, t=0.0, tau=None, friction="acts"):
     K, D, B = -at["M"] @ A[n:, :n], -at["M"] @ A[n:, n:], B[n:]
     N = motions_left(B, at.get("J_c", np.zeros((0, n))))
     if N.shape[1] == 0:
-        raise ValueError("expected a chain that can move, got one whose joints are all held, by friction or drives")
+        raise ValueError("expected a chain that can move, got one whose joints are all held, by friction "
+                         "(friction=\"slips\" lets them slip) or drives")
     L = np.linalg.cholesky(N.T @ B @ N)
     K, D = N.T @ K @ N, N.T @ D @ N
     require_equilibrium(scene, N, N.T @ at["M"] @ N, K, N.T @ torques)

@@ -12,7 +12,7 @@ def animate(scene, times, states, points=("tip",), speed=1.0):
     """Returns a matplotlib Animation of a motion. It shows itself in a notebook; .save() writes a .gif, .mp4 or .html.
 
     times: rising, s, of the scene's loads and base too. states: one row for each time, q or (q, q̇), as of simulate(). points: whose
-    paths are drawn: "tip", or (LINK, [x, y]), m in the frame of the link. speed: seconds of motion in a second."""
+    paths are drawn: "tip", a frame of the scene, or (LINK, [x, y]), m in the frame of the link. speed: seconds of motion in a second."""
     times, states, n = np.array(times, dtype=float), np.array(states, dtype=float), len(scene)
     if times.ndim != 1 or len(times) < 2 or not np.isfinite(times).all() or not (np.diff(times) > 0).all():
         raise ValueError(f"times: expected two or more that rise, got {times}")
@@ -36,7 +36,7 @@ def points_of(body, points):
     found = {}
     for point in points:
         name, at = (point, None) if isinstance(point, str) else point
-        if name != "tip" and name not in body.names:
-            raise ValueError(f"points: expected tip or (LINK, [x, y]) with a link of {body.names}, got {point!r}")
+        if name not in ("tip", *body.names, *(body.frames if at is None else ())):
+            raise ValueError(f"points: expected tip, a frame of {list(body.frames)}, or (LINK, [x, y]) with a link of {body.names}, got {point!r}")
         found[str(point)] = body.point(name, at)
     return found

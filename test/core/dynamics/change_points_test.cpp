@@ -113,6 +113,14 @@ TEST_P(ChangePoints, AreGoneThroughByEveryMethod) {
 INSTANTIATE_TEST_SUITE_P(Parallelograms, ChangePoints, testing::ValuesIn(cases),
                          [](const auto& of) { return std::string(of.param.name); });
 
+/// Nothing acts, so the cranks turn at their first rate. An error of the rate grows with the time that is
+/// left.
+TEST(ChangePoint, OfAParallelogramWithoutGravity) {
+  const Case free{"", 1, 5, "", "", "", "", "gravity: [0, 0]\n"};
+  for (const char* method : {"auto", "dopri5", "dop853", "taylor", "rodas5p", "radau13"})
+    EXPECT_NEAR(endOf(parallelogram(free), method, 1e-11, 5)[0], 26, 2e-10) << method;
+}
+
 /// https://www.iftomm-multibody.org/benchmark, problem A02: uniform rods, l = m = 1.
 TEST(ChangePoint, OfTheBenchmarkA02) {
   const std::string rod = "{mass: 1, inertia: 0.08333333333333333, com: [0.5, 0], pin: [1, 0], initial: ";

@@ -121,8 +121,9 @@ class LateSpring : public Effect {
 
 class LateSpringKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override {
-    return {{"late", nullptr, NumberRule::from(0, "N m/rad")}};
+  const std::vector<JointKey>& jointKeys() const override {
+    static const std::vector<JointKey> keys{{"late", nullptr, NumberRule::from(0, "N m/rad")}};
+    return keys;
   }
   std::unique_ptr<Effect> make(const Scene& scene) const override {
     const double k = scene.chain.joints().front().other("late");

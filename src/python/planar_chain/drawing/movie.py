@@ -188,6 +188,8 @@ class Pictures(AbstractMovieWriter):
 
     def setup(self, fig, outfile, dpi=None):
         super().setup(fig, outfile, dpi)  # which is abstract
+        fig.set_dpi(dpi)
+        self.movie.still = None
 
     def grab_frame(self, **how):
         png = io.BytesIO()

@@ -137,7 +137,7 @@ class Problem:
         groups = {}
         results = [np.full((len(samples[r]), len(self.joints)), np.nan) for r, *_ in rows]
         for k, (r, values, _, delay) in enumerate(rows):
-            scene = self.scene_of(r, delay, values)
+            scene = self.scene_of(r, delay, values) if len(samples[r]) else None
             if scene:
                 groups.setdefault(id(scene), (scene, []))[1].append(k)
         for scene, members in groups.values():

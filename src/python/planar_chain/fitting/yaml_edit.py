@@ -1,4 +1,6 @@
-"""Other numbers in the text of a YAML scene: comments, order and formatting stay."""
+"""Other numbers in the text of a YAML scene: order, formatting and the comments on other lines stay."""
+
+import re
 
 import yaml
 
@@ -11,6 +13,29 @@ def written(value):
     text = f"{float(value):.10g}"
     mantissa, e, exponent = text.partition("e")
     return mantissa + ("" if "." in mantissa else ".0") + e + exponent
+
+
+def with_fitted(text, deviations, numbers):
+    """The text with these numbers. A comment behind one of them, which may be "a guess", gives way to its standard deviation. Both by path."""
+    text = with_numbers(text, numbers)
+    notes = {}
+    for path in numbers:
+        notes.setdefault(line_of(text, path.split("/")), []).append(f"{re.search('[^/]+(/[0-9]+)?$', path)[0]} ± {deviations[path]:.2g}")
+    ends = {}  # of the last token of each line
+    for token in yaml.scan(text, yaml.SafeLoader):
+        if token.end_mark.index > token.start_mark.index:
+            ends[token.end_mark.line] = token.end_mark.column
+    lines = text.split("\n")
+    for line, found in notes.items():
+        lines[line] = lines[line][:ends[line]] + "  # fitted: " + ", ".join(found)
+    return "\n".join(lines)
+
+
+def line_of(text, keys):
+    node = yaml.compose(text, yaml.SafeLoader)
+    for key in keys:
+        _, node = entry_of(node, key)
+    return node.end_mark.line
 
 
 def with_numbers(text, numbers):

@@ -62,7 +62,7 @@ def python_code(formulas, name, source, linearize=False):
     """The text of a module with functions M, f, qdd, and with `linearize` A and B."""
     code = Code(PRINTER, formulas, name, source, linearize)
     lines = ['"""' + code.header()[0], *code.header()[1:], "",
-             "xp   the module of mathematics: numpy, sympy or math",
+             "xp   the module of mathematics: numpy, math, sympy, jax.numpy or casadi",
              "Vectors and matrices are returned as lists, such as numpy.array takes."]
     lines += ["p    the parameters, by default those of the scene"] if code.letters else []
     lines += ['"""', ""]
