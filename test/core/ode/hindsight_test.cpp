@@ -100,12 +100,12 @@ double ratioIn(Scene scene, double end, double tolerance, const char* method) {
   return evaluationsBy("auto") / evaluationsBy(method);
 }
 
-// Measured: 1.07, and 2.0 if auto starts with an explicit method, as the first step is short.
+// Measured: 1.10, and 2.0 if auto starts with an explicit method, as the first step is short.
 TEST(Hindsight, GivesRadau13NoFewerEvaluationsAfterAStiffTransient) {
   EXPECT_LT(ratioIn(test::referenceScene("report/stiffest4.yaml"), 1, 1e-7, "radau13"), 1.3);
 }
 
-// Measured: 1.09, and 1.25 if each trial of radau13 is a leap.
+// Measured: 1.10, and 1.25 if each trial of radau13 is a leap.
 TEST(Hindsight, GivesRodas5pNoFewerEvaluationsWhereRadau13IsTriedInVain) {
   std::ifstream file(SCENES_DIR "/beam.yaml");
   const Scene beam = readSceneText({std::istreambuf_iterator<char>(file), {}});
