@@ -212,9 +212,11 @@ class FastestSteps : public Integrator {
     return farEnough * method.facts().stabilityLimit / stiffness_->largestEigenvalue();
   }
 
-  /// The speed of steps as long as the next one, which an explicit method has found at once.
+  /// The speed of steps as long as the next one, which an explicit method has found at once. 0: unknown, as
+  /// of a series that has been evaluated already.
   double foundSpeed(const AdaptiveSteps& method) const {
-    return run_.steps > 0 ? std::min(method.proposal(), steadyStep(method)) / method.cost() : 0;
+    const bool isKnown = run_.steps > 0 && method.cost() > 0;
+    return isKnown ? std::min(method.proposal(), steadyStep(method)) / method.cost() : 0;
   }
   /// True if a trial of method k may be a leap over vibrations that the incumbent follows.
   bool leaps(std::size_t k) const {
