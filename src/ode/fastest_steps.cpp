@@ -173,6 +173,8 @@ class FastestSteps : public Integrator {
   static constexpr double trialBudget = 0.2;
   /// The same below nearTheLimit, where they seldom win.
   static constexpr double smallTrialBudget = 0.02;
+  /// From this tolerance on, error estimates may be rounding, as in adaptive_steps.cpp.
+  static constexpr double finest = 1e-10;
   /// At tolerances above this one no other method is challenged by one of high order, whose step costs
   /// several times as much: rodas5p is a stiff one, too.
   static constexpr double coarse = 1e-4;
@@ -218,10 +220,13 @@ class FastestSteps : public Integrator {
     const bool isKnown = run_.steps > 0 && method.cost() > 0;
     return isKnown ? std::min(method.proposal(), steadyStep(method)) / method.cost() : 0;
   }
+  /// True if error estimates may be rounding (Tolerance): then one rejection says nothing, and rates
+  /// count in full, so a stiff transient must be followed.
+  bool mayRound() const { return methods_.front().tolerance().value <= finest; }
   /// True if a trial of method k may be a leap over vibrations that the incumbent follows.
   bool leaps(std::size_t k) const {
     return methods_[k].facts().errorSeesStiffModes &&
-           (k == inUse_ || isExplicit(inUse_) || leap_ > shortestLeap);
+           (k == inUse_ || isExplicit(inUse_) || leap_ > shortestLeap || mayRound());
   }
 
   /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
@@ -234,9 +239,12 @@ class FastestSteps : public Integrator {
     const double foreseen = state.y.size() <= few ? first.foreseenStep(state) : 0;
     const bool mayBeStiff = foreseen > 0 ? foreseen >= foreseenNotStiff * steadyStep(first)
                                          : step >= clearlyNotStiff * steadyStep(first);
-    if (mayBeStiff || first.propose(state, end - state.t, true) >= surelyStiff * steadyStep(first)) {
+    const auto proposeBoldly = [&](AdaptiveSteps& method) {
+      return method.propose(state, end - state.t, true);
+    };
+    if (mayBeStiff || (proposeBoldly(first) >= surelyStiff * steadyStep(first) && !mayRound())) {
       inUse_ = 0;
-      methods_[inUse_].propose(state, end - state.t, true);
+      proposeBoldly(methods_[inUse_]);
     }
     challenger_ = inUse_;
     started_ = true;
