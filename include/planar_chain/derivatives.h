@@ -23,11 +23,15 @@ namespace planar_chain {
 
 class Value;
 
-/// Derivatives of x = (q, q̇): 2n rows, rad (m) and then rad/s (m/s).
+/// Derivatives of x = (q, q̇): 2n rows, rad (m) and then rad/s (m/s). With motors, the k torques in their
+/// lags, N m, are states behind these, in chain order: T ẋ = u − x (linear_motor.h).
 struct Derivatives {
-  Eigen::MatrixXd state;    ///< 2n×2n: by the state at the start
-  Eigen::MatrixXd torques;  ///< 2n×n: by torques that are held since, N m
-  Eigen::MatrixXd numbers;  ///< 2n columns of numbers of the scene
+  Eigen::MatrixXd state;    ///< 2n×2n, with motors (2n+k)×(2n+k): by the state at the start
+  Eigen::MatrixXd torques;  ///< 2n×n, with motors (2n+k)×n: by torques that are held since, N m
+  Eigen::MatrixXd numbers;  ///< 2n rows, a column for each number of the scene
+  /// What a user should know: lags and dead times that a product of such derivatives leaves out; joints at
+  /// rest with friction, by whose rates the derivatives have one side.
+  std::vector<std::string> notes{};
 };
 
 /// The scene with a number near its value: what the number does is found by differences of sixth order.

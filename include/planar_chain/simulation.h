@@ -103,17 +103,17 @@ class Simulation {
                  const std::function<bool()>& keepGoing = nullptr);
 
   /// Advances to t as advanceTo(), and returns how the state there changes with the present one and with
-  /// torques that are held meanwhile (derivatives.h): through motors as commanded torques. In a closed chain
-  /// a change of the state counts as far as the tip allows it. Columns of driven joints are 0. The error is
-  /// that of the tolerance. Allocates.
+  /// torques that are held meanwhile (derivatives.h): through motors as commanded torques. motors: the
+  /// torques in their lags are states, too. In a closed chain a change of the state counts as far as the tip
+  /// allows it. Columns of driven joints are 0. The error is that of the tolerance. Allocates.
   /// @throws std::domain_error, after the way to t, if the motion has no derivatives, with the reason; or if
   /// it fails on the way
-  Derivatives transition(double t);
-  /// Follows the derivatives from here on, until stopDerivatives() or until the state is set, with those by
-  /// numbers of the scene (variedNumber()) as well. At the first state of a simulation they include what the
-  /// numbers do to this state. Allocates, also in advanceTo().
+  Derivatives transition(double t, bool motors = false);
+  /// Follows the derivatives from here on, until stopDerivatives() or until the state or a motor's torque is
+  /// set, with those by numbers of the scene (variedNumber()) as well. At the first state of a simulation
+  /// they include what the numbers do to this state. Allocates, also in advanceTo().
   /// @throws std::invalid_argument for numbers in a simulation that accepts commands
-  void followDerivatives(const std::vector<VariedNumber>& numbers = {});
+  void followDerivatives(const std::vector<VariedNumber>& numbers = {}, bool motors = false);
   /// @throws std::domain_error if the motion has none, with the reason; std::logic_error if they are not
   /// followed
   Derivatives derivatives() const;
@@ -188,6 +188,16 @@ class Simulation {
   void clearCommands();
   /// Returns the commands in force at time(), as loads of a scene: of motors, the torques that they give.
   std::vector<Load> commands() const;
+  /// Returns the torque in the lag of each joint's motor at time(), n values, N m: what the motor gives,
+  /// unless its torque-speed line bounds it. Without a lag, the commanded torque that acts, cut off at the
+  /// limit.
+  std::vector<double> motorTorques() const;
+  /// Sets them, without a lag to what they are: such a torque is commanded. They approach the commanded
+  /// torques from there.
+  /// @throws std::invalid_argument for another number of them, or if this simulation accepts no commands;
+  /// Refused for torques that are not finite or beyond the effort limit, and for others in joints without a
+  /// lag
+  void setMotorTorques(const std::vector<double>& torques);
   /// Returns how often the commanded torques of each joint began to exceed its effort limit, since
   /// construction or reset(). Empty if this simulation accepts no commands.
   const std::vector<long long>& cutOffs() const;
@@ -204,7 +214,7 @@ class Simulation {
   void followBase(BaseLaws laws);
 
   /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay, and
-  /// so do the torques in the lags of motors.
+  /// so do the torques in the lags of motors (setMotorTorques()).
   /// @throws std::invalid_argument for wrong sizes, numbers that are not finite, or infinite energy
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
   /// Puts the chain at rest in the static equilibrium that is reached from the present angles by always

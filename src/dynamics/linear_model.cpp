@@ -10,6 +10,7 @@
 #include "dynamics/scene_snapshot.h"
 #include "effects/motors.h"
 #include "planar_chain/kane.h"
+#include "reading/names.h"
 
 namespace planar_chain {
 
@@ -21,15 +22,6 @@ std::string shown(double number) {
   char text[30];
   std::snprintf(text, sizeof text, "%.9g", number);
   return text;
-}
-
-/// "a, b and c"
-std::string listed(const std::vector<std::string>& words) {
-  std::string list;
-  for (std::size_t k = 0; k < words.size(); ++k) {
-    list += (k == 0 ? "" : k + 1 < words.size() ? ", " : " and ") + words[k];
-  }
-  return list;
 }
 
 // ---- The torques ------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@
 namespace planar_chain {
 
 VariedMotion::VariedMotion(const Scene& scene, const Effects& effects, std::vector<Column> columns,
-                           std::function<double(int, double)> share)
+                           Share share)
     : effects_(effects),
       mechanism_(scene, true),
       n_(mechanism_.size()),
@@ -82,8 +82,7 @@ void VariedMotion::derivative(double t, const double* y, double* dydt) {
     std::copy_n(y + n_, n_, dydt);
     findChange(y, nullptr);
     if (column.joint >= 0) {
-      mechanism_.coordinates().addTorque(share_(column.joint, t) / column.scale, column.joint,
-                                         change_.N.data());
+      mechanism_.coordinates().addTorque(share_(column, t) / column.scale, column.joint, change_.N.data());
     }
     change_.find(at_, hasForces, couplings_, tangents_);
     std::copy(change_.xdd.begin(), change_.xdd.end(), dydt + n_);

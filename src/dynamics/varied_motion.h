@@ -28,13 +28,15 @@ class VariedMotion final : public ode::LinearizedSystem {
   struct Column {
     int joint = -1;
     NearScenes* number = nullptr;
+    bool isLag = false;  ///< the torque is that in the lag of the joint's motor; if not, it is held
     double scale = 1;
   };
 
-  /// The effects of the dynamics must outlive this object. share(joint, t): the torque in a joint per torque
-  /// that is held in it. Allocates.
-  VariedMotion(const Scene& scene, const Effects& effects, std::vector<Column> columns,
-               std::function<double(int, double)> share);
+  /// share(column, t): the torque in its joint at t per torque that is held, or was in the lag.
+  using Share = std::function<double(const Column&, double)>;
+
+  /// The effects of the dynamics must outlive this object. Allocates.
+  VariedMotion(const Scene& scene, const Effects& effects, std::vector<Column> columns, Share share);
 
   int states() const { return 2 * n_; }
   std::vector<Column>& columns() { return columns_; }
@@ -46,8 +48,7 @@ class VariedMotion final : public ode::LinearizedSystem {
   const Couplings& couplings(double t);
   /// How the rates change by J c, n values, if the held joints speed up by `prescribed` besides; or nullptr.
   void change(const double* c, const double* prescribed, double* to);
-  /// The torque in a joint per torque that is held in it.
-  double shareOf(int joint, double t) const { return share_(joint, t); }
+  double shareOf(const Column& column, double t) const { return share_(column, t); }
   /// The change of the moment in a joint in the last change() or findSource().
   double moment(int joint) const { return change_.moments[index(joint)]; }
   /// f_u + f_p of a column at the state of the last at(), n values, not scaled.
@@ -72,7 +73,7 @@ class VariedMotion final : public ode::LinearizedSystem {
   const Mechanism mechanism_;
   const int n_;
   std::vector<Column> columns_;
-  std::function<double(int, double)> share_;
+  Share share_;
   Evaluator evaluator_;
   Evaluation at_;
   Couplings couplings_;

@@ -54,6 +54,13 @@ class CommandEffect : public TimedTerms {
   double delayOf(int joint) const { return joint == Load::none ? 0 : delays_[index(joint)]; }
   /// The torque in a joint per torque that is commanded in it and has acted for so many s.
   double shareOf(int joint, double acting) const { return isCutOff(joint) ? 0 : passedOn(joint, acting); }
+  /// The torque in a joint per torque that was in the lag of its motor so many s before.
+  virtual double shareOfLag(int /*joint*/, double /*since*/) const { return 0; }
+  /// The torque in the lag of a joint's motor at t, N m; without a lag the commanded one, cut off at its
+  /// limit.
+  virtual double motorTorque(double t, int joint) const { return torqueAt(t, index(joint)); }
+  /// Sets it, if there is a lag.
+  virtual void setMotorTorque(double /*t*/, int /*joint*/, double /*torque*/) {}
   void remember() override { remembered_ = cut_; }
   void recall() override { cut_ = remembered_; }
   void saveOrRestore(Snapshot& snapshot) override {

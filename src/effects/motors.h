@@ -18,7 +18,7 @@
 /// Where it brakes, s q̇ < 0, the line is above L, and the cut off of u holds: |τ| ≤ L. τ is continuous. It
 /// has a corner at each change, where the integrator lands (ode/events.h).
 ///
-/// x is part of the state of a simulation: 0 at the start and after a reset. It stays if a state is set.
+/// x is part of the state of a simulation: 0 at the start and after a reset. It stays if q and q̇ are set.
 
 #include <memory>
 

@@ -1,5 +1,6 @@
 #include "planar_chain/derivatives.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -21,8 +22,9 @@ namespace {
 /// Lets a simulation follow its derivatives as long as this lives.
 class Following {
  public:
-  explicit Following(Simulation& its, const std::vector<VariedNumber>& numbers = {}) : its_(its) {
-    its_.followDerivatives(numbers);
+  explicit Following(Simulation& its, const std::vector<VariedNumber>& numbers = {}, bool motors = false)
+      : its_(its) {
+    its_.followDerivatives(numbers, motors);
   }
   Following(const Following&) = delete;
   Following& operator=(const Following&) = delete;
@@ -34,6 +36,10 @@ class Following {
 
 constexpr const char* byState = "state";
 constexpr const char* byTorques = "torques";
+
+void warnOf(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) warn(note);
+}
 
 /// The first rows of an array.
 py::object firstOf(const py::object& array, py::ssize_t rows) {
@@ -77,6 +83,7 @@ py::object runOf(const TreeAndScene& scene, const std::vector<double>& instants,
     running.writeState(states.mutable_data(k, 0));
     if (!following) continue;
     const Derivatives at = running.idle().derivatives();
+    if (k == 0 && std::count(wanted.begin(), wanted.end(), byState) > 0) warnOf(at.notes);
     Eigen::Index number = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       const Eigen::MatrixXd columns = wanted[i] == byState     ? at.state
@@ -108,17 +115,21 @@ void bindDerivatives(py::module& module, py::class_<Running>& simulation) {
       .def_readonly("terminal", &Run::terminal, "The number of the event that ended the run, or None.");
   simulation.def(
       "transition",
-      [](Running& self, const py::object& t, const py::object& mostSteps) {
+      [](Running& self, const py::object& t, const py::object& mostSteps, bool motors) {
         const double end = numberOf(t, "t");
         const StepBudget budget = self.budget(end, stepsOf(mostSteps));
-        const Following following(self.idle());
+        const Following following(self.idle(), {}, motors);
         self.advanceTo(end, budget);
         Derivatives derivatives = self.idle().derivatives();
+        warnOf(derivatives.notes);
         return py::make_tuple(std::move(derivatives.state), std::move(derivatives.torques));
       },
-      py::arg("t"), py::arg("most_steps") = py::none(),
+      py::arg("t"), py::arg("most_steps") = py::none(), py::arg("motors") = false,
       R"(Advances to t as advance_to(), and returns Phi, Gamma: how the state (q, q̇) at t changes with the present
 one, 2n × 2n, and with torques that are held in the joints from now to t, 2n × n; through motors as commanded torques.
+
+motors=True: the k torques that lag (time_constant) are states behind (q, q̇), in chain order, N m, as motor_torques has
+them: Phi is (2n+k) × (2n+k), Gamma (2n+k) × n. Otherwise a warning says that products over intervals leave them out.
 
 In a closed chain a change of the state counts as far as the tip allows it; driven joints have columns of zeros. Raises
 ValueError, at t, if the motion has no derivatives.)");

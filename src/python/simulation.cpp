@@ -172,7 +172,17 @@ void bindState(py::class_<Running>& simulation) {
           },
           q, qd,
           "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "
-          "the torques in the lags of motors: restore() sets those, too.")
+          "the torques in the lags of motors: motor_torques sets those.")
+      .def_property(
+          "motor_torques", [](Running& self) { return copyOf(self.idle().motorTorques()); },
+          [](Running& self, const py::object& torques) {
+            self.idle().setMotorTorques(numbersOf(torques, "motor_torques", self.size()));
+          },
+          R"(The torque in the lag of each joint's motor (time_constant), n, N m: what the motor gives, unless its
+torque-speed line bounds it. Without a lag, the commanded torque that acts.
+
+It can be set, after hold_torques(), so that a run begins in a pose that motors hold. A torque without a lag stays what
+is commanded; another one is refused.)")
       .def(
           "settle",
           [](Running& self) {
@@ -317,8 +327,8 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
       R"(Returns the states at the times (s, from 0, never falling): times × 2n, q (rad) and then q̇ (rad/s).
 
 With derivatives, a list of "state", "torques" and paths of numbers of the scene, it returns a Run: states, and the dict
-derivatives, whose arrays are times × 2n × columns: by the first state, by torques that are held in the joints, by each
-number. Raises ValueError if the motion has none.
+derivatives, whose arrays are times × 2n × columns: by the first state, by torques that are held in the joints (no motor
+acts), by each number. Raises ValueError if the motion has none.
 
 With events, as Simulation.advance_to() takes them, it returns a Run, too: times and states up to a terminal event, whose
 number is terminal, and t_events and y_events.

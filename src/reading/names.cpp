@@ -49,6 +49,14 @@ std::string orClosest(const std::string& expected, const std::string& text,
   return meant.empty() ? expected : expected + " (did you mean " + meant + "?)";
 }
 
+std::string listed(const std::vector<std::string>& words) {
+  std::string list;
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    list += (k == 0 ? "" : k + 1 < words.size() ? ", " : " and ") + words[k];
+  }
+  return list;
+}
+
 std::string inOrder(const Indices& names, std::size_t most) {
   std::vector<std::pair<int, const std::string*>> sorted;
   for (const auto& [name, number] : names) sorted.emplace_back(number, &name);

@@ -19,6 +19,9 @@ std::string closest(const std::string& text, const std::vector<std::string>& nam
 std::string orClosest(const std::string& expected, const std::string& text,
                       const std::vector<std::string>& names);
 
+/// "a, b and c"
+std::string listed(const std::vector<std::string>& words);
+
 /// The names in the order of their numbers: "rope_2, rope_10". Cut, with "…", after about `most` letters.
 std::string inOrder(const Indices& names, std::size_t most);
 

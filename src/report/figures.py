@@ -23,10 +23,10 @@ WIDTH = 7.0  # inch: letters of 8 points are 11 pixels high on a page that is 70
 COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#17becf", "rodas5p": "#d62728",
            "radau13": "#ff7f0e", "taylor": "#2ca02c", "ros34pw2": "#e377c2", "ros34pw2_fixed": "#8c564b",
            "by hand": "#7f7f7f", "odeint": "#3d3db8", "SUNDIALS": "#c8a200", "MuJoCo": "#8e1a4f", "Bullet": "#00896b",
-           "DART": "#8fbf00", "Simbody": "#d9534f", "ODE": "#5b6b8c", "MuJoCo 4.0": "#c2408a", "heyoka": "#ff00c8",
+           "DART": "#8fbf00", "Simbody": "#d9534f", "ODE": "#5b6b8c", "heyoka": "#ff00c8",
            "Pinocchio": "#0055d4", "Drake": "#b35900", "Exudyn": "#6a0dad", "scipy": "#9ecae1"}
 MARKS = {"by hand": "D", "odeint": "s", "SUNDIALS": "^", "MuJoCo": "v", "Bullet": "P", "DART": "X", "Simbody": "<",
-         "ODE": ">", "MuJoCo 4.0": "1", "heyoka": "*", "Pinocchio": "p", "Drake": "d", "Exudyn": "h"}
+         "ODE": ">", "heyoka": "*", "Pinocchio": "p", "Drake": "d", "Exudyn": "h"}
 MOST_PROGRAMS = 9  # beside auto in one panel
 LINES = {"RK4": ":", "implicit": "-."}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}

@@ -17,6 +17,7 @@ sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PAGES, TABLE = (ROOT / "README.md", ROOT / "test/README.md"), HERE / "page/readme.json"
+IN_SPACE = ("Bullet", "Pinocchio", "MuJoCo")  # shown in README.md
 WORDS = ("no one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen "
          "eighteen nineteen twenty").split()
 
@@ -37,7 +38,8 @@ def speed():
     results = tables.Results(ROOT / "build/benchmark/result.json", 0.1)
     times = {kind: {n: round(time, 3) for n in results.sizes(group)
                     for time in [results.per_link(f"{group}/{kind}", n)] if time} for kind in results.kinds(group)}
-    return {"times": times, "cpu": tables.processor(), "commit": results.context[tables.OURS]}
+    versions = {engine: re.match(r"[0-9]+\.[0-9]+", results.context[engine]).group() for engine in IN_SPACE if engine in times}
+    return {"times": times, "versions": versions, "cpu": tables.processor(), "commit": results.context[tables.OURS]}
 
 
 def roundings(build):
@@ -95,10 +97,11 @@ def speeds(facts, race):
         closed = times["closed form"].get(n)
         by_hand = f"{number(closed)} (closed form)" if closed else number(times["dense"].get(n))
         rows.append([f"{n:,}" if n >= 10000 else str(n), number(times["planar_chain"][n]), by_hand,
-                     number(times["Bullet"].get(n)), number(times["MuJoCo"].get(n))])
+                     *(number(times[engine].get(n)) for engine in facts["versions"])])
+    heads = ["links", "planar_chain", "M and f by hand, Cholesky", *(" ".join(head) for head in facts["versions"].items())]
     others = {row["engine"] for row in race} - {"planar_chain", "by hand"}
     return {r"(?<=Measured on one core of ).*?(?= \(\[how)": facts["cpu"],
-            r"(?<=\n\|--:\|--:\|--:\|--:\|--:\|\n)(\|.*\n)+": table(rows) + "\n",
+            r"\| links \|.*\n(\|.*\n)+": table([heads]) + "\n|" + "--:|" * len(heads) + "\n" + table(rows) + "\n",
             r"(?<=more scenes and )\w+(?=\s+other)": WORDS[len(others)]}
 
 

@@ -23,12 +23,13 @@ import from_python  # noqa: E402  pylint: disable=wrong-import-position
 import models  # noqa: E402  pylint: disable=wrong-import-position
 import real_time  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
+from peers import environment  # noqa: E402  pylint: disable=wrong-import-position
 import robot  # noqa: E402  pylint: disable=wrong-import-position
 
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
-OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "models", "robot", "fits"]
+OWN = HERE / "report_measure"
+STUDIES = ["race", "peers", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "models", "robot", "fits"]
 
 
 class Failed(Exception):
@@ -52,17 +53,22 @@ def output_of(*command):
     return result.stdout
 
 
-def of_peers(*arguments):
-    return output_of(PEERS, *arguments) if PEERS.exists() else ""
+def of_peers(peers, study, arguments):
+    """The rows of other programs. One that fails is left out with a line."""
+    for command in peers.commands(study, arguments, HERE / "equations") if peers else ():
+        try:
+            yield output_of(*command)
+        except Failed as error:
+            print(f"report: left out: {error}", file=sys.stderr)
 
 
 def parts_of(study, scenes, is_quick):
     """A study is measured part by part. A row of a part begins with these words."""
-    return ([(scene,) for scene in scenes] if study == "race" else
+    return ([(scene,) for scene in scenes] if study in ("race", "peers") else
             real_time.cells(is_quick) if study == "real_time" else [()])
 
 
-def measure(study, part, is_quick):
+def measure(study, part, is_quick, peers):
     """A table with a header."""
     if study == "real_time":
         return real_time.measure(*part, is_quick)
@@ -78,15 +84,16 @@ def measure(study, part, is_quick):
     if study == "stability":
         return output_of(HERE / "stability", *quick)
     arguments = ["--study", study, "--data", DATA, *quick, *(["--scene", *part] if part else [])]
-    return output_of(OWN, *arguments) + (of_peers(*arguments) if study in ("race", "scaling") else "")
+    own = "scene,program,what,setting,seconds,error\n" if study == "peers" else output_of(OWN, *arguments)
+    return own + "".join(of_peers(peers, study, arguments))
 
 
-def extend(path, study, part, is_quick):
+def extend(path, study, part, is_quick, peers):
     """Measures a part that the table does not hold yet."""
     text = path.read_text(encoding="utf-8") if path.exists() else ""
     begin = "".join(f"{word}," for word in part)
     if not any(line.startswith(begin) for line in text.splitlines()[1:]):
-        header, rows = measure(study, part, is_quick).split("\n", 1)
+        header, rows = measure(study, part, is_quick, peers).split("\n", 1)
         write_whole(path, (text or header + "\n") + rows)
 
 
@@ -101,12 +108,13 @@ def digest(*programs):
     return "".join(hashlib.sha256(program.read_bytes()).hexdigest() for program in programs if program.exists())
 
 
-def facts_now(is_quick):
+def facts_now(is_quick, peers):
     """What stands under the figures. A table is kept only while these facts stay the same."""
     return {**json.loads(output_of(OWN, "--study", "about")), "quick": is_quick, "cpu": processor(),
-            "engines": json.loads(of_peers("--study", "about") or "{}"), "python": from_python.versions(),
-            "left_out": {"fits": fits.why_not(), "models": models.why_not(), "real_time": real_time.why_not(HERE), "python": from_python.why_not()},
-            "programs": digest(OWN, HERE / "batches", HERE / "stability", PEERS, HERE / "planar_chain_node")}
+            "engines": peers.versions() if peers else {}, "python": from_python.versions(),
+            "left_out": {"fits": fits.why_not(), "models": models.why_not(), "real_time": real_time.why_not(HERE),
+                         "python": from_python.why_not(), "peers": "" if peers else "without --peers"},
+            "programs": digest(OWN, HERE / "batches", HERE / "stability", HERE / "planar_chain_node", *(peers.programs if peers else ()))}
 
 
 def prepare(folder, studies, facts):
@@ -130,6 +138,8 @@ def parse(scenes):
     parser = argparse.ArgumentParser(prog="report", description=__doc__, allow_abbrev=False,
                                      epilog="Exit status: 0 done; 1 a measurement failed; 2 bad arguments.")
     parser.add_argument("--quick", action="store_true", help="two or three minutes: fewer settings, shorter runs")
+    parser.add_argument("--peers", action="store_true",
+                        help="compares with other programs, which this installs from PyPI into the user's cache and builds")
     lists = {"scenes": scenes, "studies": STUDIES}
     for option, known in lists.items():
         parser.add_argument("--" + option, metavar="NAMES", default=",".join(known),
@@ -165,7 +175,10 @@ def report():
         fcntl.flock(os.open(folder, os.O_RDONLY), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise Failed(f"another report is writing {folder}") from None
-    facts = facts_now(is_quick)
+    peers = environment.Peers() if arguments.peers else None
+    for name, why in peers.left_out.items() if peers else ():
+        print(f"report: without {name}: {why}", file=sys.stderr)
+    facts = facts_now(is_quick, peers)
     prepare(folder, arguments.studies, facts)
     parts = [(study, part) for study in arguments.studies for part in parts_of(study, arguments.scenes, is_quick)
              if not facts["left_out"].get(study)]  # the page says why
@@ -174,7 +187,7 @@ def report():
         if sys.stderr.isatty():
             print(f"{done} of {len(parts)} done:", study, *part, file=sys.stderr)
         try:
-            extend(results.table(folder, study), study, part, is_quick)
+            extend(results.table(folder, study), study, part, is_quick, peers)
         except (Failed, OSError, subprocess.SubprocessError) as error:  # the page shows the other studies
             failure = error
     render.write(folder, DATA / "report", titles)

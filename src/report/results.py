@@ -14,8 +14,8 @@ INTEGRATORS = ("odeint", "SUNDIALS")  # of others, under the equations of this p
 CHOOSES_FROM = ("taylor", "dop853", "rodas5p", "radau13")
 LEVELS = {k: f"1e-{k}" for k in range(3, 12)}  # errors, rad
 SIDES = {"own": "its own methods", "programs": "other programs", "integrators": "integrators of others under our equations"}
-SECTIONS = {"race": "Error against run time", "stability": "Stability", "scaling": "Scaling", "effects": "The cost of each effect",
-            "long": "Long runs", "python": "From Python, and many runs", "real_time": "Real time",
+SECTIONS = {"race": "Error against run time", "peers": "Compiling and batches of heyoka", "stability": "Stability",
+            "scaling": "Scaling", "effects": "The cost of each effect", "long": "Long runs", "python": "From Python, and many runs", "real_time": "Real time",
             "models": "Models that others published", "robot": "A real robot", "fits": "Fits of real machines",
             "consistency": "Consistency"}  # of the pages: of a study, or of a template alone
 HALF = 0.5          # of the next best program's time: the aim
@@ -81,12 +81,15 @@ def holding(group, level):
 
 
 def at_level(group, level, column):
-    """A column, such as cpu_seconds, at this error; between two settings along the straight line of the diagram."""
+    """The least of a column, such as cpu_seconds, from this error on; between two settings along the straight line of the diagram."""
     points = [(number(row["error_theta"]), number(row[column])) for row in group]
     first = len(points) - holding(group, level)
-    if first in (0, len(points)) or 0 in points[first]:
-        return points[first][1] if first < len(points) else None
-    return math.exp(np.interp(math.log(10.0**-level), *np.log([points[first], points[first - 1]]).T))
+    if first == len(points):
+        return None
+    least = min(value for _, value in points[first:])  # a tighter setting may be cheaper
+    if first == 0 or 0 in points[first]:
+        return least
+    return min(least, math.exp(np.interp(math.log(10.0**-level), *np.log([points[first], points[first - 1]]).T)))
 
 
 def times_to(rows):
@@ -176,6 +179,8 @@ def why_slower(fastest, ratio, evaluations):
     if engine == OWN and method not in CHOOSES_FROM:
         kind = "equal steps, a length found by hindsight" if method in ("rk4", "ros34pw2_fixed") else "a lower order"
         return f"a method that auto does not choose from: {kind}, cheaper at this accuracy"
+    if evaluations is None and engine != OWN:
+        return "another program, whose evaluations are not counted"
     often = evaluations is not None and evaluations > 1.05
     if engine == OWN:
         return ("auto finds out during the run that this method is the fastest: it pays for trials of others and for "

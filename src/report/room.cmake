@@ -30,3 +30,5 @@ file(GLOB modules RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS src/report/*.
   src/report/sections/*.jinja)
 list(REMOVE_ITEM modules src/report/report.py src/report/readme.py)
 install(FILES ${modules} DESTINATION ${to_bin})
+file(GLOB peers RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS src/report/peers/*.py)
+install(PROGRAMS ${peers} DESTINATION ${to_bin}/peers)

@@ -22,10 +22,11 @@ void shift(std::vector<double>& c, int order, double h) {
 }  // namespace
 
 ColumnSteps::ColumnSteps(const Scene& scene, const Effects& effects, const CommandEffect* commands,
-                         const Numbers& numbers)
+                         const std::vector<int>& lags, const Numbers& numbers)
     : scene_(scene),
       effects_(effects),
       commands_(commands),
+      lags_(lags),
       numbers_(numbers),
       n_(scene.chain.size()),
       mayBe_(ColumnSeries::areFor(scene.chain) && !effects.base() && !effects.holdTip() &&
@@ -47,9 +48,9 @@ bool ColumnSteps::isAlong(const MotionInSeries& motion, double t, const State& y
 bool ColumnSteps::enter(double t, const VectorXd& y, const MotionInSeries& motion) {
   if (!mayBe_ || effects_.acting() == LoadKind::forces) return false;
   if (!series_ || series_->order() != motion.order) {
-    const auto numbers = static_cast<int>(numbers_.size());
+    const auto numbers = static_cast<int>(numbers_.size()), lags = static_cast<int>(lags_.size());
     const simd::ColumnKernel& kernel = *simd::columnKernels({scene_.integrator.plainKernel}).front();
-    series_.emplace(scene_.chain, motion.order, 3 * n_ + numbers, numbers, kernel);
+    series_.emplace(scene_.chain, motion.order, 3 * n_ + lags + numbers, numbers, kernel);
     for (int p = 0; p < numbers; ++p) series_->change(p) = numbers_[index(p)]->changeOfChain();
   }
   effects_.couple(t, 0, couplings_);
@@ -69,7 +70,8 @@ bool ColumnSteps::takeTorques() {
     if (commands_ && (commands_->delayOf(i) > 0 || share != commands_->shareOf(i, forever))) return false;
     series_->setSource(2 * n_ + i, i, share);
   }
-  return true;
+  // On the torque-speed line a lag moves nothing.
+  return std::all_of(lags_.begin(), lags_.end(), [this](int i) { return commands_->shareOfLag(i, 0) == 0; });
 }
 
 bool ColumnSteps::takeNumbers(double t, const VectorXd& y) {

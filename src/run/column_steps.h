@@ -19,9 +19,10 @@ class ColumnSteps {
  public:
   using Numbers = std::vector<std::unique_ptr<NearScenes>>;
 
-  /// Columns by the state, by torques, by numbers. All of these must outlive this object. Allocates.
+  /// Columns by the state, by torques, by torques in the lags of these joints, by numbers. All of these must
+  /// outlive this object. Allocates.
   ColumnSteps(const Scene& scene, const Effects& effects, const CommandEffect* commands,
-              const Numbers& numbers);
+              const std::vector<int>& lags, const Numbers& numbers);
 
   using State = Eigen::Ref<const Eigen::VectorXd>;
   /// True if this series begins at the first state and reaches the other one, but for an error of `most`, of
@@ -44,6 +45,7 @@ class ColumnSteps {
   const Scene& scene_;
   const Effects& effects_;
   const CommandEffect* commands_;
+  const std::vector<int>& lags_;
   const Numbers& numbers_;
   const int n_;
   const bool mayBe_;  ///< ever

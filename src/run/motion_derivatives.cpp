@@ -6,11 +6,12 @@
 #include <utility>
 
 #include "dynamics/closure.h"
+#include "effects/motors.h"
 #include "ode/explicit_runge_kutta.h"
 #include "ode/local_stiffness.h"
 #include "ode/methods.h"
 #include "ode/radau.h"
-#include "reading/names.h"
+#include "run/derivative_notes.h"
 
 namespace planar_chain {
 
@@ -47,6 +48,15 @@ double leastOf(double number, double slope) {
   return 0.1 * std::max(slope, 1.0) / number;
 }
 
+/// The joints whose motors lag, in chain order.
+std::vector<int> lagsOf(const Chain& chain) {
+  std::vector<int> lags;
+  for (int i = 0; i < chain.size(); ++i) {
+    if (chain.joints()[index(i)].other(timeConstant) > 0) lags.push_back(i);
+  }
+  return lags;
+}
+
 double largest(const Eigen::Ref<const VectorXd>& values) {
   return values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0;
 }
@@ -66,21 +76,26 @@ auto differenceOf(const F& f, double size, double reach) {
 
 MotionDerivatives::MotionDerivatives(const Scene& scene, const Effects& effects,
                                      const CommandEffect* commands, const std::vector<VariedNumber>& numbers,
-                                     bool fromStart, double t, const VectorXd& y)
+                                     bool fromStart, bool motors, double t, const VectorXd& y)
     : scene_(scene),
       effects_(effects),
       commands_(commands),
       n_(scene.chain.size()),
       since_(t),
-      alongSeries_(scene, effects, commands, numbers_),
+      lags_(motors && commands ? lagsOf(scene.chain) : std::vector<int>()),
+      alongSeries_(scene, effects, commands, lags_, numbers_),
       pieceBegan_(t) {
   for (const VariedNumber& number : numbers) {
     numbers_.push_back(std::make_unique<NearScenes>(number));
     paths_.push_back(number.path);
     sizes_.push_back(number.size);
   }
-  columns_.setZero(2 * n_, 3 * n_ + static_cast<Eigen::Index>(numbers.size()));
+  columns_.setZero(2 * n_, 3 * n_ + static_cast<Eigen::Index>(lags_.size() + numbers.size()));
   beginColumns(fromStart, y);
+  if (commands) noteProducts(scene.chain, motors, notes_);
+  noteRest(
+      scene.chain, t, y, couplingsAt(t),
+      [&](int joint) { return motion(t, y).at(t, y.data()).moments[index(joint)]; }, notes_);
   enterNumbers(t);
   keep();
 }
@@ -91,13 +106,15 @@ MotionDerivatives::General::General(MotionDerivatives& of)
           [&of] {
             std::vector<VariedMotion::Column> columns(index(2 * of.n_));
             for (int i = 0; i < of.n_; ++i) columns.push_back({i});
+            for (const int i : of.lags_) columns.push_back({i, nullptr, true});
             for (const auto& number : of.numbers_) columns.push_back({-1, number.get()});
             return columns;
           }(),
-          [&of](int joint, double at) {
+          [&of](const VariedMotion::Column& column, double at) {
             if (!of.commands_) return 1.0;
-            const double acts = of.since_ + of.commands_->delayOf(joint);
-            return of.pieceBegan_ < acts ? 0 : of.commands_->shareOf(joint, at - acts);
+            if (column.isLag) return of.commands_->shareOfLag(column.joint, at - of.since_);
+            const double acts = of.since_ + of.commands_->delayOf(column.joint);
+            return of.pieceBegan_ < acts ? 0 : of.commands_->shareOf(column.joint, at - acts);
           }),
       steps(stepsOf(motion, toleranceFor(of.scene_.integrator, of.n_, motion.size(), !of.numbers_.empty()))),
       state(motion.size()) {}
@@ -112,8 +129,8 @@ VariedMotion& MotionDerivatives::motion(double t, const VectorXd& y) {
     VectorXd source = VectorXd::Zero(n_);
     if (fault_.empty()) motion.findSource(column, source.data());
     const double size = std::max(largest(columns_.col(static_cast<Eigen::Index>(k))), largest(source));
-    const auto number = static_cast<std::ptrdiff_t>(k) - 3 * n_;
-    const double least = number >= 0 ? leastOf(sizes_[static_cast<std::size_t>(number)], slope) : 0;
+    const std::size_t others = motion.columns().size() - numbers_.size();
+    const double least = k >= others ? leastOf(sizes_[k - others], slope) : 0;
     column.scale = size > least ? size : least > 0 ? least : 1;
   }
   return motion;
@@ -133,7 +150,7 @@ void MotionDerivatives::beginColumns(bool fromStart, const VectorXd& y) {
   if (effects_.holdTip()) close(y);
   stopHeldJoints(since_, y);
   for (std::size_t k = 0; fromStart && k < numbers_.size(); ++k)
-    columns_.col(3 * n_ + static_cast<Eigen::Index>(k)) = numbers_[k]->start();
+    columns_.col(columns_.cols() - static_cast<Eigen::Index>(numbers_.size() - k)) = numbers_[k]->start();
 }
 
 Couplings MotionDerivatives::couplingsAt(double t) const {
@@ -296,11 +313,12 @@ void MotionDerivatives::meet(double t, const VectorXd& y, const ode::LocatedEven
     delays_[k] = -due / eventSlope_;
   }
   moments_ = Eigen::Map<const VectorXd>(at.moments.data(), n_);
-  torqueMoments_ = MatrixXd(n_, n_);
+  torqueMoments_ = MatrixXd(n_, n_ + static_cast<int>(lags_.size()));
   VectorXd source(n_);
-  for (int i = 0; i < n_; ++i) {
-    motion.findSource({i}, source.data());
-    for (int j = 0; j < n_; ++j) torqueMoments_(j, i) = motion.shareOf(i, t) * motion.moment(j);
+  for (int i = 0; i < torqueMoments_.cols(); ++i) {
+    const VariedMotion::Column& column = columns[index(2 * n_ + i)];
+    motion.findSource(column, source.data());
+    for (int j = 0; j < n_; ++j) torqueMoments_(j, i) = motion.shareOf(column, t) * motion.moment(j);
   }
 }
 
@@ -316,7 +334,7 @@ void MotionDerivatives::pass(double t, const VectorXd& y) {
   // A torque moves the time at which a joint breaks loose by itself, too.
   for (int i = 0; i < n_; ++i) {
     if (!wereHeld_[index(i)] || motion.couplings(t).joints[index(i)].isPrescribed) continue;
-    delays_.segment(2 * n_, n_) -=
+    delays_.segment(2 * n_, torqueMoments_.cols()) -=
         (moments_[i] > 0 ? 1 : -1) / eventSlope_ * torqueMoments_.row(i).transpose();
   }
   if (!(eventSlope_ > 0) || !delays_.allFinite()) return fail(t, "the motion only touches a switch there");
@@ -329,15 +347,29 @@ void MotionDerivatives::fail(double t, const std::string& why) {
   if (fault_.empty()) fault_ = "the motion has no derivatives beyond t = " + toText(t) + " s: " + why;
 }
 
-Derivatives MotionDerivatives::derivatives() const {
+Derivatives MotionDerivatives::derivatives(double t, const VectorXd& y) const {
   const Coordinates& coordinates = scene_.chain.coordinates();
+  const Eigen::Index states = 2 * n_, lags = static_cast<Eigen::Index>(lags_.size());
   MatrixXd relative = columns_;
   for (Eigen::Index k = 0; k < relative.cols(); ++k) {
     coordinates.toRelative(relative.col(k).data(), relative.col(k).data());
     coordinates.toRelative(relative.col(k).data() + n_, relative.col(k).data() + n_);
   }
-  return {relative.leftCols(2 * n_), relative.middleCols(2 * n_, n_),
-          relative.rightCols(relative.cols() - 3 * n_)};
+  Derivatives all{MatrixXd::Zero(states + lags, states + lags), MatrixXd::Zero(states + lags, n_),
+                  relative.rightCols(static_cast<Eigen::Index>(numbers_.size())), notes_};
+  all.state.topLeftCorner(states, states) = relative.leftCols(states);
+  all.state.topRightCorner(states, lags) = relative.middleCols(states + n_, lags);
+  all.torques.topRows(states) = relative.middleCols(states, n_);
+  Eigen::Index row = states;
+  for (const LinearMotor& motor :
+       lags > 0 ? commands_->motorsAt(t, y.data() + n_) : std::vector<LinearMotor>()) {
+    if (motor.lag == 0) continue;
+    const double acting = t - since_ - commands_->delayOf(motor.joint);
+    all.state(row, row) = std::exp((since_ - t) / motor.lag);
+    if (!motor.isCutOff && acting > 0) all.torques(row, motor.joint) = -std::expm1(-acting / motor.lag);
+    ++row;
+  }
+  return all;
 }
 
 }  // namespace planar_chain

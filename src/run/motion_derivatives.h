@@ -22,9 +22,10 @@ namespace planar_chain {
 class MotionDerivatives {
  public:
   /// Begins at the state y at t. fromStart: it is the scene's own, which numbers may move. The scene and the
-  /// effects must outlive this object. commands: among the effects, or nullptr.
+  /// effects must outlive this object. commands: among the effects, or nullptr. motors: torques in their lags
+  /// are states, too.
   MotionDerivatives(const Scene& scene, const Effects& effects, const CommandEffect* commands,
-                    const std::vector<VariedNumber>& numbers, bool fromStart, double t,
+                    const std::vector<VariedNumber>& numbers, bool fromStart, bool motors, double t,
                     const Eigen::VectorXd& y);
 
   /// Follows the motion from one state to another. What acts is the same on the way. series: one that the
@@ -55,7 +56,8 @@ class MotionDerivatives {
 
   /// Why there are none; empty: there are.
   const std::string& fault() const { return fault_; }
-  Derivatives derivatives() const;
+  /// Between the start and the state y at t, where it has been followed to.
+  Derivatives derivatives(double t, const Eigen::VectorXd& y) const;
 
  private:
   /// The motion and its columns as one initial value problem.
@@ -83,7 +85,8 @@ class MotionDerivatives {
   const Effects& effects_;
   const CommandEffect* commands_;
   const int n_;
-  const double since_;  ///< s
+  const double since_;           ///< s
+  const std::vector<int> lags_;  ///< joints whose motors' lags have columns
   std::vector<std::unique_ptr<NearScenes>> numbers_;
   std::vector<std::string> paths_;
   std::vector<double> sizes_;
@@ -93,13 +96,14 @@ class MotionDerivatives {
   Eigen::VectorXd slopes_;          ///< before the switch
   Eigen::VectorXd delays_;          ///< of the switch, one a column
   Eigen::VectorXd moments_;         ///< in the joints, before the switch
-  Eigen::MatrixXd torqueMoments_;   ///< how they change with each torque
+  Eigen::MatrixXd torqueMoments_;   ///< how they change with each torque that is held or lags
   std::vector<bool> wereHeld_;
   double eventSlope_ = 0;
   double pieceBegan_ = 0;   ///< s
   bool hasChanged_ = true;  ///< since the last steps of general_
   bool isEntered_ = false, hasSeries_ = false;
   std::string fault_, keptFault_;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace planar_chain

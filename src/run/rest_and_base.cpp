@@ -13,6 +13,36 @@ std::vector<Load> Simulation::commands() const {
   return commands->inForce(time(), omega.data());
 }
 
+std::vector<double> Simulation::motorTorques() const {
+  std::vector<double> torques(q().size(), 0.0);
+  for (std::size_t i = 0; parts_->commands && i < torques.size(); ++i)
+    torques[i] = parts_->commands->motorTorque(time(), static_cast<int>(i));
+  return torques;
+}
+
+void Simulation::setMotorTorques(const std::vector<double>& torques) {
+  CommandEffect* commands = parts_->commands;
+  require(commands != nullptr, "this simulation was built without room for commands");
+  require(torques.size() == q().size(), "torques must have one value a joint");
+  const std::vector<double> present = motorTorques();
+  std::vector<Fault> faults;
+  for (std::size_t i = 0; i < torques.size(); ++i) {
+    const Joint& joint = scene_.chain.joints()[i];
+    const double limit = joint.has("effort_limit") ? joint.other("effort_limit") : largestFactor;
+    if (joint.other(timeConstant) > 0 ? std::abs(torques[i]) <= limit : torques[i] == present[i]) continue;
+    faults.push_back({"motor_torques/" + std::to_string(i),
+                      joint.other(timeConstant) > 0
+                          ? "a torque from " + toText(-limit) + " to " + toText(limit) + " N m"
+                          : toText(present[i]) + " N m, as commanded: " + joint.name + " has no lag",
+                      toText(torques[i])});
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
+  parts_->actOtherwise();
+  parts_->derivatives.reset();
+  for (std::size_t i = 0; i < torques.size(); ++i)
+    commands->setMotorTorque(time(), static_cast<int>(i), torques[i]);
+}
+
 FrameMotion Simulation::motion(const Frame& frame) {
   std::vector<LinkMotion> motions(q().size());
   require(frame.link >= 0 && index(frame.link) < motions.size(), "a frame must be on a link of the chain");

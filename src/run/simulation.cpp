@@ -17,11 +17,6 @@ void requireNotBefore(double t, double now) {
   throw Refused({{"t", "a finite number >= " + toText(now) + " s, the present time", toText(t)}});
 }
 
-Derivatives derivativesOf(const MotionDerivatives& followed) {
-  if (!followed.fault().empty()) throw std::domain_error(followed.fault());
-  return followed.derivatives();
-}
-
 }  // namespace
 
 Simulation::Simulation(const Scene& scene, int commandCapacity, bool measures)
@@ -75,27 +70,28 @@ bool Simulation::advanceTo(double t, const std::vector<MotionEvent>& events, Fou
   return arrives || (p.fault.empty() && found.terminal);
 }
 
-Derivatives Simulation::transition(double t) {
+Derivatives Simulation::transition(double t, bool motors) {
   requireNotBefore(t, time());
-  followDerivatives();
+  followDerivatives({}, motors);
   const bool arrives = advanceTo(t);
   const std::unique_ptr<MotionDerivatives> followed = std::move(parts_->derivatives);
   if (!arrives) throw std::domain_error(parts_->fault);
-  return derivativesOf(*followed);
+  return parts_->derivativesNow(*followed);
 }
 
-void Simulation::followDerivatives(const std::vector<VariedNumber>& numbers) {
+void Simulation::followDerivatives(const std::vector<VariedNumber>& numbers, bool motors) {
   require(numbers.empty() || !parts_->commands,
           "derivatives by numbers of the scene need a simulation without commands");
   Parts& p = *parts_;
   p.begin();
-  p.derivatives = std::make_unique<MotionDerivatives>(scene_, p.dynamics.effects(), p.commands, numbers,
-                                                      p.state.t == 0 && timesSet_ == 1, p.state.t, p.y);
+  p.derivatives =
+      std::make_unique<MotionDerivatives>(scene_, p.dynamics.effects(), p.commands, numbers,
+                                          p.state.t == 0 && timesSet_ == 1, motors, p.state.t, p.y);
 }
 
 Derivatives Simulation::derivatives() const {
   if (!parts_->derivatives) throw std::logic_error("no derivatives are followed");
-  return derivativesOf(*parts_->derivatives);
+  return parts_->derivativesNow(*parts_->derivatives);
 }
 
 void Simulation::stopDerivatives() {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -257,6 +258,12 @@ struct Simulation::Parts {
       if (!ode::hasFailed(outcome)) derivatives->follow(begin, pieceFrom, state.t, y, dynamics.lastSeries());
     }
     return outcome;
+  }
+
+  /// @throws std::domain_error if the motion has none
+  Derivatives derivativesNow(const MotionDerivatives& followed) const {
+    if (!followed.fault().empty()) throw std::domain_error(followed.fault());
+    return followed.derivatives(state.t, y);
   }
 
   /// To the last good state, and on by the next method, if there is one.

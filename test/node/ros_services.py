@@ -245,6 +245,7 @@ class Services(Watching):
             self.states.wait_for_count(3)
             step = service('step', Step)
             first = step(torques=[0.31], n=4)
+            self.assertEqual(first.motor_torques, (0.31,))
             self.assertTrue(first.success)
             self.assertIn('paused', first.message)
             self.assertEqual(len(first.states), 4)

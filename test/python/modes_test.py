@@ -254,6 +254,12 @@ class StateSpace(InFolder):
         expected = answer(*state_space(Scene(plain), *about, tau="holding"))
         expected[:, 1] /= 1 + s * T
         np.testing.assert_allclose(answer(*system), expected, rtol=1e-12)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            *_, C, D = state_space(Scene(lagging), *about[:1], ["b_joint/torque", "tip/x"], *about[2:], tau="holding", motors=True)
+            with self.assertRaisesRegex(ValueError, "outputs/0: expected a joint whose motor lags, with motors=True, got 'b_joint/torque'"):
+                state_space(Scene(lagging), [], ["b_joint/torque"])
+        self.assertEqual((C[0].tolist(), np.any(D[0])), ([0, 0, 0, 0, 1, 0, 0], False))
 
     def test_a_base_that_moves_is_a_driven_base(self):
         # Small motions ± of the base cancel even powers of their size; cubes are below 1e-7. They begin at rest and last until

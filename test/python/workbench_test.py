@@ -87,6 +87,51 @@ class States(unittest.TestCase):
         with self.assertRaisesRegex(Refused, "links/lower/weight"):
             simulate(scene, times, derivatives=["links/lower/weight"])
 
+    def test_transitions_through_motors_that_lag_chain(self):
+        # The rod turns by J q̈ = x, T ẋ = u − x: the matrix exponential of its (A, B) is in closed form. With e = exp(−t/T), x after
+        # T (1 − e) adds T (1 − e)/J to q̇ and T (t − T (1 − e))/J to q.
+        T, J, step = 0.1, 0.35, 0.1
+        rod = Scene({"chain": ["rod"], "gravity": [0, 0], "links": {"rod": {**ROD, "inertia": 0.1, "joint": {"motor": {"time_constant": T}}}}})
+        e = np.exp(-step / T)
+        Phi = np.array([[1, step, T * (step - T * (1 - e)) / J], [0, 1, T * (1 - e) / J], [0, 0, e]])
+        Gamma = np.array([[step ** 2 / 2 / J - Phi[0, 2]], [step / J - Phi[1, 2]], [1 - e]])
+        simulation, chained = Simulation(rod), np.zeros((3, 0))
+        for k, u in enumerate([1.0, 2.0], 1):
+            simulation.hold_torques([u])
+            F, G = simulation.transition(k * step, motors=True)
+            np.testing.assert_allclose(np.hstack([F, G]), np.hstack([Phi, Gamma]), rtol=0, atol=1e-8)
+            chained = np.hstack([F @ chained, G])
+
+        def end(u):
+            whole = Simulation(rod)
+            for k, held in enumerate(u, 1):
+                whole.hold_torques([held])
+                whole.advance_to(k * step)
+            return np.append(whole.state, whole.motor_torques)
+        difference = (end([2.0, 2.0]) - end([0.0, 2.0])) / 2  # the motion is linear
+        np.testing.assert_allclose(chained[:, 0], difference, rtol=0, atol=1e-7)
+        self.assertIn("leave out the lagged torques of rod_joint: with motors=True they are states",
+                      messages(lambda: simulation.transition(0.3)))
+        self.assertEqual(messages(lambda: simulation.transition(0.4, motors=True)), "")
+        sliding = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": {"friction": 0.5}}}})
+        self.assertIn("rod_joint starts to slip at t = 0 s", messages(lambda: simulate(sliding, [0, 0.1], derivatives=["state"])))
+        self.assertEqual(messages(lambda: simulate(sliding, [0.1], derivatives=["links/rod/mass"])), "")
+
+    def test_a_run_begins_in_a_pose_that_motors_hold(self):
+        arm = Scene({**RODS, "links": {"upper": {**ROD, "joint": {"motor": {"time_constant": 0.2}}}, "lower": ROD}})
+        pose = [0.4, 0.6]
+        tau = inverse_dynamics(arm, STILL, pose, STILL)
+        plant = held(arm, pose, tau)
+        self.assertEqual(plant.motor_torques.tolist(), [0, tau[1]])
+        plant.motor_torques = tau
+        saved = plant.save()
+        plant.advance_to(0.1)
+        np.testing.assert_allclose(plant.state, [*pose, 0, 0], rtol=0, atol=1e-9)
+        plant.restore(saved)
+        self.assertEqual(plant.motor_torques.tolist(), tau.tolist())
+        with self.assertRaisesRegex(Refused, "motor_torques/1: expected .* N m, as commanded: lower_joint has no lag, got 0"):
+            plant.motor_torques = STILL
+
     def test_a_restored_simulation_goes_on_bit_for_bit(self):
         simulation = Simulation(Scene(MACHINE))
         for k in range(5):

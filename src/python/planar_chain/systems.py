@@ -36,7 +36,7 @@ def state_space(scene, inputs, outputs, q=None, qd=None, t=0.0, tau=None, fricti
 
     inputs     "JOINT": torque, N m (prismatic: N); with motors=True the commanded one. "LINK/force_x", "LINK/force_y", "LINK/moment": on a link, N, N m.
                "base/x", "base/y", "base/angle": acceleration of the base, m/s², rad/s²
-    outputs    "JOINT/position", "…/velocity", "…/acceleration". "LINK/x", "…/y", "…/angle", "…/velocity_x", "…/velocity_y", "…/rate",
+    outputs    "JOINT/position", "…/velocity", "…/acceleration"; with motors=True "JOINT/torque", of a motor that lags. "LINK/x", "…/y", "…/angle", "…/velocity_x", "…/velocity_y", "…/rate",
                "…/acceleration_x", "…/acceleration_y": against the ground. "LINK/pin_force_x", "…_y": on the link at its inner pin.
                "SENSOR/JOINT" of an encoder; "SENSOR/gyro", "…/accelerometer_x", "…/accelerometer_y", without delays and errors
 
@@ -88,12 +88,15 @@ class Plant:
         (A, B), _, qdd = _operating_point(scene, at["q"], at["qd"], tau, friction, t, motors)
         self.A, self.commanded = A[self.n:], B[self.n:]  # of q̈, and of torques that lag
         self.acting = self.commanded                     # by torques that act
+        self.lags = []                                   # joints whose torques lag
         if motors:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 (_, B), *_ = _operating_point(scene, at["q"], at["qd"], tau, friction, t, False)
             self.acting = np.zeros_like(self.commanded)
             self.acting[:self.n] = B[self.n:]
+            joints = [self.tree["links"].get(link, {}).get("joint", {}) for link in scene.links]
+            self.lags = [name for name, joint in zip(scene.joints, joints) if joint.get("motor", {}).get("time_constant")]
         self.state = {"q": at["q"], "qd": at["qd"], "qdd": qdd, "t": t}
         self.ways = self._ways()
 
@@ -200,6 +203,10 @@ class Plant:
             gradient = np.zeros((3, self.n + 3))
             gradient[OF_JOINTS.index(what), 3 + self.scene.joints.index(thing)] = 1
             return gradient, None
+        if what == "torque" and thing in self.scene.joints:
+            if thing not in self.lags:
+                raise ValueError(f"{path}: expected a joint whose motor lags, with motors=True, got {name!r}")
+            return np.eye(3)[:, :1] * (np.arange(self.n + 3 + len(self.lags)) == self.n + 3 + self.lags.index(thing)), None
         if thing in self.sensors:
             return self.measured(path, name, thing, what), None
         if what not in (*OF_POINTS, *PIN_FORCES):
@@ -235,12 +242,12 @@ class Plant:
     # ---- The system
 
     def system(self, inputs, outputs):
-        """A, B, C, D of what input() and output() return."""
+        """A, B, C, D of what input() and output() return. Behind z, gradients may have columns of the torques that lag."""
         n, m = self.n, self.n + len(self.A)
         bases = [axis for _, axis, _ in inputs if axis is not None]
         moved, size = m + len(bases), m + 2 * len(bases)
         # z, ż and z̈ of x and of u.
-        of_x, of_u = np.zeros((3, n + 3, size)), np.zeros((3, n + 3, len(inputs)))
+        of_x, of_u = np.zeros((3, n + 3 + m - 2 * n, size)), np.zeros((3, n + 3, len(inputs)))
         A, B = np.zeros((size, size)), np.zeros((size, len(inputs)))
         A[:n, n:2 * n] = np.eye(n)
         A[n:m, :m] = self.A
@@ -251,10 +258,11 @@ class Plant:
             B[n:m, k] = column
             if axis is not None:
                 of_u[2, axis, k] = B[moved + bases.index(axis), k] = 1
-        of_x[0, 3:, :n] = of_x[1, 3:, n:2 * n] = np.eye(n)
-        of_x[2, 3:], of_u[2, 3:] = A[n:2 * n], B[n:2 * n]
-        C = np.array([np.tensordot(gradient, of_x) for gradient, _ in outputs]).reshape(len(outputs), size)
-        D = np.array([np.tensordot(gradient, of_u) for gradient, _ in outputs]).reshape(len(outputs), len(inputs))
+        of_x[0, 3:n + 3, :n] = of_x[1, 3:n + 3, n:2 * n] = np.eye(n)
+        of_x[2, 3:n + 3], of_u[2, 3:] = A[n:2 * n], B[n:2 * n]
+        of_x[0, n + 3:, 2 * n:m] = np.eye(m - 2 * n)
+        C = np.array([np.tensordot(gradient, of_x[:, :gradient.shape[1]]) for gradient, _ in outputs]).reshape(len(outputs), size)
+        D = np.array([np.tensordot(gradient[:, :n + 3], of_u) for gradient, _ in outputs]).reshape(len(outputs), len(inputs))
         for i, (_, pin) in enumerate(outputs):
             for j, (_, _, force) in enumerate(inputs):
                 if pin and force and force[0] >= pin[0]:

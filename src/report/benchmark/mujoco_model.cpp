@@ -42,8 +42,12 @@ std::string bodiesOf(const Chain& chain, int first) {
 }
 
 void write(mjVFS& files, const std::string& name, const std::string& text) {
+#if mjVERSION_HEADER >= 4000000
+  mj_addBufferVFS(&files, name.c_str(), text.data(), static_cast<int>(text.size()));
+#else
   mj_makeEmptyFileVFS(&files, name.c_str(), static_cast<int>(text.size()));
   text.copy(static_cast<char*>(files.filedata[mj_findFileVFS(&files, name.c_str())]), text.size());
+#endif
 }
 
 }  // namespace

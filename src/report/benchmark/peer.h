@@ -47,6 +47,7 @@ PeerKind bullet();
 PeerKind dart();
 PeerKind kdl();
 PeerKind mujoco();
+PeerKind pinocchio();
 PeerKind simbody();
 
 }  // namespace planar_chain::benchmarks

@@ -17,6 +17,9 @@ const std::vector<PeerKind>& peers() {
 #ifdef WITH_MUJOCO
       mujoco(),
 #endif
+#ifdef WITH_PINOCCHIO
+      pinocchio(),
+#endif
 #ifdef WITH_SIMBODY
       simbody(),
 #endif

@@ -11,7 +11,7 @@ namespace planar_chain::benchmarks {
 const std::vector<Team>& teams() {
   static const std::vector<Team> teams{
 #ifdef WITH_ODEINT
-      byHandTeam(),   odeintTeam(),
+      byHandTeam(),    odeintTeam(),
 #endif
 #ifdef WITH_SUNDIALS
       sundialsTeam(),
@@ -27,6 +27,9 @@ const std::vector<Team>& teams() {
 #endif
 #ifdef WITH_ODE
       odeTeam(),
+#endif
+#ifdef WITH_PINOCCHIO
+      pinocchioTeam(),
 #endif
 #ifdef WITH_SIMBODY
       simbodyTeam(),

@@ -44,6 +44,7 @@ void pendulum(const tools::Arguments& given);
 Team bulletTeam();
 Team dartTeam();
 Team mujocoTeam();
+Team pinocchioTeam();
 Team simbodyTeam();
 Team odeTeam();
 Team sundialsTeam();

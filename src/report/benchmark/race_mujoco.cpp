@@ -67,7 +67,15 @@ Team mujocoTeam() {
   };
   return {"MuJoCo",
           std::string(mj_versionString()) + " (contacts off; constraints off, but of held tips)",
-          {with("Euler", mjINT_EULER), with("implicit", mjINT_IMPLICIT), with("RK4", mjINT_RK4)}};
+          {
+              with("Euler", mjINT_EULER),
+              with("implicit", mjINT_IMPLICIT),
+              with("RK4", mjINT_RK4),
+#if mjVERSION_HEADER >= 4000000
+              with("implicitfast", mjINT_IMPLICITFAST),
+              with("discrete", mjINT_DISCRETE),
+#endif
+          }};
 }
 
 }  // namespace planar_chain::benchmarks

@@ -156,6 +156,7 @@ Answer Node::step(const StepRequest& request, StepResponse& response) {
     if (simulation_->scene().base) response.base_wrenches.push_back(messages_->baseWrench(stamp));
     if (simulation_->scene().tip) response.tip_wrenches.push_back(messages_->tipWrench(stamp));
   }
+  response.motor_torques = simulation_->motorTorques();
   return done;
 }
 

@@ -274,6 +274,39 @@ TEST(AMotor, KeepsItsTorqueWhenAStateIsSetAndHasFinishedAtRest) {
   EXPECT_NEAR(simulation.q()[0], 0.25, 1e-9);
 }
 
+TEST(AMotor, TakesATorqueAndGoesOnFromThere) {
+  Simulation simulation(flywheel("motor: {time_constant: 0.05}"), 4);
+  simulation.holdTorque(0, 3, forever);
+  simulation.setMotorTorques({3});
+  EXPECT_EQ(simulation.motorTorques(), std::vector<double>{3});
+  ASSERT_TRUE(simulation.advanceTo(0.1));
+  EXPECT_NEAR(simulation.qd()[0], 0.1 * 3 / J, 1e-9);
+  simulation.setMotorTorques({-1});  // J q̇ = ∫ 3 − 4 exp(−t/T)
+  ASSERT_TRUE(simulation.advanceTo(0.2));
+  EXPECT_NEAR(simulation.motorTorques()[0], 3 - 4 * std::exp(-2.0), 1e-14);
+  EXPECT_NEAR(simulation.qd()[0], (0.2 * 3 - 4 * T * (1 - std::exp(-2.0))) / J, 1e-9);
+}
+
+TEST(AMotor, RefusesATorqueThatItCannotHave) {
+  Simulation lagging(flywheel("effort_limit: 2, motor: {time_constant: 0.05}"), 1);
+  Simulation prompt(flywheel("effort_limit: 2"), 1);
+  prompt.holdTorque(0, 5, forever);
+  EXPECT_EQ(prompt.motorTorques(), std::vector<double>{2});
+  prompt.setMotorTorques({2});
+  const auto expectRefused = [](Simulation& simulation, double torque, const std::string& words) {
+    try {
+      simulation.setMotorTorques({torque});
+      ADD_FAILURE() << torque;
+    } catch (const Refused& refused) {
+      EXPECT_EQ(refused.what(), words);
+    }
+  };
+  expectRefused(lagging, -2.5, "motor_torques/0: expected a torque from -2 to 2 N m, got -2.5");
+  expectRefused(prompt, 1, "motor_torques/0: expected 2 N m, as commanded: wheel_joint has no lag, got 1");
+  EXPECT_THROW(lagging.setMotorTorques({1, 1}), std::invalid_argument);
+  EXPECT_EQ(lagging.motorTorques(), std::vector<double>{0});
+}
+
 TEST(AMotor, IsAmongTheCommandsInForceWithTheTorqueThatActs) {
   Simulation simulation(flywheel("effort_limit: 2, motor: {no_load_speed: 8}", "auto", 4), 4);
   simulation.holdTorque(0, 5, forever);
