@@ -24,7 +24,8 @@ namespace {
 ///
 /// Some steps follow an oscillation, and some are so long that they damp it. Many lengths between fit
 /// neither. So an implicit method whose error sees stiff modes starts its trial with a leap, even against
-/// itself.
+/// itself. Another implicit incumbent has mostly damped them. Against that one, in place of the shortest
+/// leap, it starts with the shortest step that wins, and loses at once if that is rejected.
 class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
@@ -156,6 +157,9 @@ class FastestSteps : public Integrator {
   /// ones. Of longer chains that gains nothing.
   static constexpr Eigen::Index few = 6;
   static constexpr double foreseenNotStiff = 0.5;
+  /// A run starts with a stiff method, however short its first step is, if so many steady steps fit into the
+  /// one that the error alone allows. Far less: tension, whose vibrations must be followed, counts too.
+  static constexpr double surelyStiff = 1000;
   /// Stiff methods are tried only if the explicit incumbent's step exceeds this share of the steady one:
   /// below, accuracy bounds the step and not stiffness, and they would lose.
   static constexpr double farFromTheLimit = 0.2;
@@ -169,12 +173,17 @@ class FastestSteps : public Integrator {
   static constexpr double trialBudget = 0.2;
   /// The same below nearTheLimit, where they seldom win.
   static constexpr double smallTrialBudget = 0.02;
+  /// From this tolerance on, error estimates may be rounding, as in adaptive_steps.cpp.
+  static constexpr double finest = 1e-10;
+  /// At tolerances above this one no other method is challenged by one of high order, whose step costs
+  /// several times as much: rodas5p is a stiff one, too.
+  static constexpr double coarse = 1e-4;
   /// A stiff challenger that cannot leap starts with at least this share of the incumbent's step. Its own
   /// last step may be of another part of the motion, and far too short.
   static constexpr double notFar = 0.1;
   /// Leaps are 10, 100, then this many times the incumbent's step, by turns. A longer one is rejected until
   /// it is one of these.
-  static constexpr double farthestLeap = 1000;
+  static constexpr double shortestLeap = 10, farthestLeap = 1000;
   /// An explicit challenger without a step of its own starts with this share of the incumbent's. A whole one
   /// is often rejected.
   static constexpr double cautious = 0.5;
@@ -205,6 +214,21 @@ class FastestSteps : public Integrator {
     return farEnough * method.facts().stabilityLimit / stiffness_->largestEigenvalue();
   }
 
+  /// The speed of steps as long as the next one, which an explicit method has found at once. 0: unknown, as
+  /// of a series that has been evaluated already.
+  double foundSpeed(const AdaptiveSteps& method) const {
+    const bool isKnown = run_.steps > 0 && method.cost() > 0;
+    return isKnown ? std::min(method.proposal(), steadyStep(method)) / method.cost() : 0;
+  }
+  /// True if error estimates may be rounding (Tolerance): then one rejection says nothing, and rates
+  /// count in full, so a stiff transient must be followed.
+  bool mayRound() const { return methods_.front().tolerance().value <= finest; }
+  /// True if a trial of method k may be a leap over vibrations that the incumbent follows.
+  bool leaps(std::size_t k) const {
+    return methods_[k].facts().errorSeesStiffModes &&
+           (k == inUse_ || isExplicit(inUse_) || leap_ > shortestLeap || mayRound());
+  }
+
   /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
   void start(const State& state, double end) {
     stiffness_->maybeUpdate(state.t, state.y, methods_.front().tolerance());
@@ -215,8 +239,13 @@ class FastestSteps : public Integrator {
     const double foreseen = state.y.size() <= few ? first.foreseenStep(state) : 0;
     const bool mayBeStiff = foreseen > 0 ? foreseen >= foreseenNotStiff * steadyStep(first)
                                          : step >= clearlyNotStiff * steadyStep(first);
-    if (mayBeStiff) inUse_ = 0;
-    methods_[inUse_].propose(state, end - state.t, true);
+    const auto proposeBoldly = [&](AdaptiveSteps& method) {
+      return method.propose(state, end - state.t, true);
+    };
+    if (mayBeStiff || (proposeBoldly(first) >= surelyStiff * steadyStep(first) && !mayRound())) {
+      inUse_ = 0;
+      proposeBoldly(methods_[inUse_]);
+    }
     challenger_ = inUse_;
     started_ = true;
   }
@@ -257,6 +286,7 @@ class FastestSteps : public Integrator {
     if (share < farFromTheLimit) return false;
     const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
     const double budget = share < nearTheLimit ? smallTrialBudget : trialBudget;
+    if (k != inUse_ && method.facts().errorSeesStiffModes && method.tolerance().value > coarse) return false;
     return !isUncertain || onTrials_ + judged_ * method.cost() <= budget * onIncumbents_;
   }
 
@@ -273,8 +303,9 @@ class FastestSteps : public Integrator {
       onTrial_ = true;
       double step = running().proposal();
       if (running().facts().errorSeesStiffModes) {
-        leap_ = leap_ < farthestLeap ? 10 * leap_ : 10;
-        step = std::max(step, leap_ * incumbentStep_);
+        leap_ = leap_ < farthestLeap ? shortestLeap * leap_ : shortestLeap;
+        step = leaps(next) ? std::max(step, leap_ * incumbentStep_)
+                           : clearly * incumbentSpeed_ * running().cost();
       } else if (!isExplicit(next)) {
         step = std::max(step, notFar * incumbentStep_);
       }
@@ -294,8 +325,10 @@ class FastestSteps : public Integrator {
   /// The challenger wins, or continues as it gets faster, or loses. A stiff method needs time to find its
   /// step if it must first damp the oscillations that an explicit one has left, or if it has made a leap.
   void judgeTrial() {
-    const double speed = run_.speed();
     const bool isClearlySlower = isHopeless();
+    const double speed = isExplicit(challenger_) && !isExplicit(inUse_)
+                             ? std::max(run_.speed(), foundSpeed(methods_[challenger_]))
+                             : run_.speed();
     trialCostLeft_ -= run_.cost;
     if (speed > clearly * incumbentSpeed_) {
       inUse_ = challenger_;
@@ -304,9 +337,12 @@ class FastestSteps : public Integrator {
       onTrial_ = false;
     } else if (isExplicit(challenger_) ||
                (!isExplicit(inUse_) && !methods_[challenger_].facts().errorSeesStiffModes) ||
-               trialCostLeft_ <= 0 || speed < hopeful * lastSpeed_) {
+               (isClearlySlower && !leaps(challenger_)) || trialCostLeft_ <= 0 ||
+               speed < hopeful * lastSpeed_) {
       methods_[inUse_].resume(incumbentStep_);
-      patience_ = std::min((isClearlySlower ? fewerTrials : 2) * patience_, mostPatience);
+      // One rejection of a step that would have won may be of a transient.
+      const bool isSure = isClearlySlower && (isExplicit(challenger_) || leaps(challenger_));
+      patience_ = std::min((isSure ? fewerTrials : 2) * patience_, mostPatience);
       onTrial_ = false;
     }
     lastSpeed_ = speed;
