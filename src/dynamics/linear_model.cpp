@@ -132,7 +132,7 @@ void noteMotors(const Scene& scene, bool hasMotors, std::vector<std::string>& no
   if (left.empty()) return;
   notes.push_back(hasMotors
                       ? "A and B have no command delays, " + listed(left)
-                      : "A and B have no motors and no command delays, " + listed(left) +
+                      : "A and B leave out the motors and command delays " + listed(left) +
                             "; dtau is the torque that acts. In Python, motors=True has lags as states");
 }
 

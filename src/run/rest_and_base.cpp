@@ -26,10 +26,14 @@ void Simulation::setMotorTorques(const std::vector<double>& torques) {
   require(torques.size() == q().size(), "torques must have one value a joint");
   const std::vector<double> present = motorTorques();
   std::vector<Fault> faults;
+  double rounding = 0;  // of holding torques
+  for (const double torque : torques) rounding = std::max(rounding, 1e-9 * std::abs(torque));
   for (std::size_t i = 0; i < torques.size(); ++i) {
     const Joint& joint = scene_.chain.joints()[i];
     const double limit = joint.has("effort_limit") ? joint.other("effort_limit") : largestFactor;
-    if (joint.other(timeConstant) > 0 ? std::abs(torques[i]) <= limit : torques[i] == present[i]) continue;
+    if (joint.other(timeConstant) > 0 ? std::abs(torques[i]) <= limit
+                                      : std::abs(torques[i] - present[i]) <= rounding)
+      continue;
     faults.push_back({"motor_torques/" + std::to_string(i),
                       joint.other(timeConstant) > 0
                           ? "a torque from " + toText(-limit) + " to " + toText(limit) + " N m"

@@ -530,7 +530,7 @@ class Tools(InFolder):
         self.assertIn("note: this state is no equilibrium", plain.stderr)
         for key in ("command_delay: 0.01", "motor: {time_constant: 0.1}"):
             told = self.run_tool("equations", "--linearize", scene=rod.replace("}}", ", joint: {" + key + "}}}"))
-            self.assertIn("A and B have no motors and no command delays", told.stderr)
+            self.assertIn("A and B leave out the motors and command delays of", told.stderr)
 
     def test_what_is_not_finite_is_not_printed(self):
         rod = f"chain: [l]\nlinks: {{l: {ROD}}}\n"

@@ -292,7 +292,7 @@ TEST(AMotor, RefusesATorqueThatItCannotHave) {
   Simulation prompt(flywheel("effort_limit: 2"), 1);
   prompt.holdTorque(0, 5, forever);
   EXPECT_EQ(prompt.motorTorques(), std::vector<double>{2});
-  prompt.setMotorTorques({2});
+  prompt.setMotorTorques({2 + 1e-9});  // as of holding torques
   const auto expectRefused = [](Simulation& simulation, double torque, const std::string& words) {
     try {
       simulation.setMotorTorques({torque});
