@@ -301,7 +301,7 @@ class Tools(InFolder):
             file.write(SCENE)
         self.assertIn("2 links", self.run_scene("rope", "--check").stdout)  # a file of that name comes first
         self.assert_refused(self.run_scene("roqe", "--check"),
-                            "roqe: expected a file, or one of the scenes that ship: acrobot, ", "rope", "got neither")
+                            "roqe: expected a file, or one of the scenes that ship: a02, acrobot, ", "rope", "got neither")
 
     def test_files_of_other_programs_are_named(self):
         for start, words in (("#ROSBAG V2.0\n", ":1: scene: expected YAML or a URDF, got a bag"),
