@@ -53,7 +53,7 @@ def roundings(build):
 
 def apart(build, scene, duration, reference=None, *settings):
     """The largest difference of an absolute angle at the end from that of a file, or from another method's."""
-    sys.path.insert(0, str(ROOT / "test/support"))
+    sys.path.insert(0, str(ROOT / "test/motions"))
     import compare_csv  # pylint: disable=import-outside-toplevel
 
     def run(path, *options):
