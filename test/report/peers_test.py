@@ -114,6 +114,9 @@ class Race(unittest.TestCase):
             rows = self.rows(lambda _, setting: bad if setting == 1e-6 else Run(0.0))  # pylint: disable=cell-var-from-loop
             self.assertEqual({setting: row[1] for setting, row in rows.items()}, {"0.001": "ok", "1e-06": outcome})
 
+    def test_a_program_that_ends_did_not_crash(self):
+        self.assertEqual([list(contest.lines_of(lambda: iter([k]), 5)) for k in range(20)], [[k] for k in range(20)])
+
 
 if __name__ == "__main__":
     if len(sys.argv) < 2:

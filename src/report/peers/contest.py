@@ -124,7 +124,8 @@ def lines_of(make, patience):
             line = pipe.readline()
             if line:
                 yield json.loads(line)
-    os.kill(child, signal.SIGKILL)
+    if line:
+        os.kill(child, signal.SIGKILL)
     if os.waitpid(child, 0)[1]:
         yield "timed out" if line else "refused"
 

@@ -182,13 +182,18 @@ def batches(contest, quick):
             yield name, f"1e-{k}", seconds, np.median(np.abs(ends - exact).max(axis=1))
 
 
+def finished(lines):
+    """Those that a process of its own yields before it crashes or a line takes too long."""
+    return (line for line in contests.lines_of(lambda: lines, COMPILING) if not isinstance(line, str))
+
+
 def beside(contest, quick):
     """Rows of peers.csv."""
     if takes(contest):
-        for setting, seconds, error in contests.lines_of(lambda: compiling(contest), COMPILING):
+        for setting, seconds, error in finished(compiling(contest)):
             print(contest.name, "heyoka", "compile a step", setting, f"{seconds:.3e}", error, sep=",")
     if contest.name == "double":
-        for name, setting, seconds, error in contests.lines_of(lambda: batches(contest, quick), COMPILING):
+        for name, setting, seconds, error in finished(batches(contest, quick)):
             print(contest.name, name, "a run in a batch on one core", setting, f"{seconds:.3e}", f"{error:.2e}", sep=",", flush=True)
 
 
