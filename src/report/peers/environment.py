@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """The programs of PyPI that the report compares with: a virtual environment in the user's cache, and report_peers built against it.
 
-As a program, it makes the environment alone, for the benchmark.
+As a program, it makes the environment alone, for the benchmark, and prints the options for cmake.
 """
 import json
 import os
 import pathlib
 import subprocess
+import sys
 import venv
 
 REQUIREMENTS = {"heyoka": "heyoka==7.13.2", "Pinocchio": "pin==4.1.0", "MuJoCo": "mujoco==4.0.0", "Drake": "drake==1.51.1",
@@ -16,6 +17,9 @@ FROM_PYTHON = {"heyoka": "{} (Taylor's method, compiled for each scene; closed f
 FOLDER = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "planar_chain/peers"
 HERE = pathlib.Path(__file__).resolve().parent
 SOURCE = HERE.parents[2]
+SITE = FOLDER / f"lib/python{sys.version_info[0]}.{sys.version_info[1]}/site-packages"
+OPTIONS = [f"-DPLANAR_CHAIN_PINOCCHIO={SITE}/cmeel.prefix/include", f"-DCMAKE_INCLUDE_PATH={SITE}/mujoco/include",
+           f"-DCMAKE_LIBRARY_PATH={SITE}/mujoco"]  # of cmake
 BUILD = SOURCE / "build/peers"
 PROGRAM = BUILD / "devel/lib/planar_chain/report_peers"
 
@@ -39,7 +43,7 @@ def install():
         return {name: f"no virtual environment: {error}" for name in REQUIREMENTS}
     failed = {name: run(FOLDER / "bin/pip", "install", "--quiet", "--disable-pip-version-check", requirement)
               for name, requirement in REQUIREMENTS.items()}
-    for library in FOLDER.glob("lib/python3*/site-packages/mujoco/libmujoco.so.*"):  # the linker's name
+    for library in SITE.glob("mujoco/libmujoco.so.*"):  # the linker's name
         link = library.with_name("libmujoco.so")
         if not link.exists():
             link.symlink_to(library.name)
@@ -51,7 +55,7 @@ def build():
     if not (SOURCE / "CMakeLists.txt").exists():
         return f"no sources in {SOURCE}"
     return (run("cmake", "-S", SOURCE, "-B", BUILD, "-DPYTHON_EXECUTABLE=/usr/bin/python3", "-DPLANAR_CHAIN_ROS=OFF",
-                "-DPLANAR_CHAIN_REPORT_PEERS=ON", f"-DPLANAR_CHAIN_PEERS={FOLDER}") or
+                "-DPLANAR_CHAIN_REPORT_PEERS=ON", *OPTIONS) or
             run("cmake", "--build", BUILD, "--target", "planar_chain_report_peers", "--parallel", os.cpu_count()))
 
 
@@ -84,4 +88,5 @@ class Peers:
 
 if __name__ == "__main__":
     for NAME, WHY in install().items():
-        print(f"Without {NAME}: {WHY}")
+        print(f"Without {NAME}: {WHY}", file=sys.stderr)
+    print(*OPTIONS, sep="\n")
