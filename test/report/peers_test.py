@@ -37,7 +37,9 @@ class FirstLines(unittest.TestCase):
         cells = {("swing", level): results.verdict(rows, level, 1e-15, "programs") for level in (3, 6, 9)}
         self.assertEqual(cells["swing", 9].why, "another program, whose evaluations are not counted")
         text = jinja2.Environment(loader=jinja2.FileSystemLoader(str(REPORT / "sections"))).get_template("first_lines.jinja").render(
-            results=results, cells={"programs": cells})
+            results=results, cells={"programs": cells}, tables={"peers": [
+                {"what": "a run in a batch on one core", "setting": "1e-9", "seconds": seconds} for seconds in ("4e-5", "3e-5")]})
+        self.assertIn("takes 0.75 of heyoka's time", text)
         self.assertIn("In 1 of the 3 cells", text)
         faster, missed = text.split("Another program is faster: ")[1].split("more than half of the next best program's time: ")
         self.assertIn("swing (heyoka): 1.20 at 1e-9", faster)
