@@ -261,6 +261,13 @@ class StateSpace(InFolder):
                 state_space(Scene(lagging), [], ["b_joint/torque"])
         self.assertEqual((C[0].tolist(), np.any(D[0])), ([0, 0, 0, 0, 1, 0, 0], False))
 
+    def test_torques_that_lag_of_repeated_links(self):
+        links = {name: rod(1.0, joint={"motor": {"time_constant": 0.1}}) for name in "ab"}
+        scene = Scene({"chain": ["a", "b"], "links": {**links, "a": {**links["a"], "repeat": 2}}})
+        for k, name in enumerate(scene.joints):
+            *_, C, _ = state_space(scene, [], [f"{name}/torque"], equilibrium(scene), np.zeros(3), motors=True)
+            np.testing.assert_array_equal(C, [np.arange(9) == 6 + k])
+
     def test_a_base_that_moves_is_a_driven_base(self):
         # Small motions ± of the base cancel even powers of their size; cubes are below 1e-7. They begin at rest and last until
         # less than 1e-8 of the start is left.

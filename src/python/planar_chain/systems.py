@@ -17,6 +17,7 @@ import numpy as np
 
 from planar_chain import equations
 from planar_chain._core import _operating_point
+from planar_chain.described import described
 from planar_chain.user_input import read_number
 
 BASE = "x", "y", "angle"
@@ -36,8 +37,8 @@ def state_space(scene, inputs, outputs, q=None, qd=None, t=0.0, tau=None, fricti
 
     inputs     "JOINT": torque, N m (prismatic: N); with motors=True the commanded one. "LINK/force_x", "LINK/force_y", "LINK/moment": on a link, N, N m.
                "base/x", "base/y", "base/angle": acceleration of the base, m/s², rad/s²
-    outputs    "JOINT/position", "…/velocity", "…/acceleration"; with motors=True "JOINT/torque", of a motor that lags. "LINK/x", "…/y", "…/angle", "…/velocity_x", "…/velocity_y", "…/rate",
-               "…/acceleration_x", "…/acceleration_y": against the ground. "LINK/pin_force_x", "…_y": on the link at its inner pin.
+    outputs    "JOINT/position", "…/velocity", "…/acceleration"; with motors=True "JOINT/torque", of a motor that lags. "LINK/x", "…/y", "…/angle",
+               "…/velocity_x", "…/velocity_y", "…/rate", "…/acceleration_x", "…/acceleration_y": against the ground. "LINK/pin_force_x", "…_y": on the link at its inner pin.
                "SENSOR/JOINT" of an encoder; "SENSOR/gyro", "…/accelerometer_x", "…/accelerometer_y", without delays and errors
 
     A LINK's point is its centre of mass. "LINK,0.4,0" is another one, in the axes of the link; "tip" the outer pin of the last link. A frame
@@ -95,8 +96,8 @@ class Plant:
                 (_, B), *_ = _operating_point(scene, at["q"], at["qd"], tau, friction, t, False)
             self.acting = np.zeros_like(self.commanded)
             self.acting[:self.n] = B[self.n:]
-            joints = [self.tree["links"].get(link, {}).get("joint", {}) for link in scene.links]
-            self.lags = [name for name, joint in zip(scene.joints, joints) if joint.get("motor", {}).get("time_constant")]
+            joints = [link["joint"] for link in described(scene)["links"]]
+            self.lags = [joint["name"] for joint in joints if joint.get("motor", {}).get("time_constant")]
         self.state = {"q": at["q"], "qd": at["qd"], "qdd": qdd, "t": t}
         self.ways = self._ways()
 
