@@ -99,7 +99,9 @@ def speeds(facts, race):
         rows.append([f"{n:,}" if n >= 10000 else str(n), number(times["planar_chain"][n]), by_hand,
                      *(number(times[engine].get(n)) for engine in facts["versions"])])
     heads = ["links", "planar_chain", "M and f by hand, Cholesky", *(" ".join(head) for head in facts["versions"].items())]
-    others = {row["engine"] for row in race} - {"planar_chain", "by hand"}
+    sys.path.insert(0, str(HERE))
+    import results  # pylint: disable=import-outside-toplevel
+    others = {row["engine"] for row in race} - {"planar_chain", "by hand", *results.INTEGRATORS}
     return {r"(?<=Measured on one core of ).*?(?= \(\[how)": facts["cpu"],
             r"\| links \|.*\n(\|.*\n)+": table([heads]) + "\n|" + "--:|" * len(heads) + "\n" + table(rows) + "\n",
             r"(?<=more scenes and )\w+(?=\s+other)": WORDS[len(others)]}
