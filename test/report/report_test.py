@@ -263,7 +263,7 @@ class Short(unittest.TestCase):
         short = list(results.fits_in_short(results.read_table(COMMITTED / "fits.csv")))
         self.assertLessEqual(len(short), 10)
         self.assertEqual(short[0][:4], ("single", "authors'", 5, "0.081"))  # the median of 0.2231, 0.147, 0.081, 0.0147, 0.0205
-        self.assertRegex(short[-1][-1], r"^friction \(N m\): 0\.168 ± 0\.\d+, 0\.192 ± 0\.\d+; com")
+        self.assertRegex(short[-1][-1], r"^friction \(N m\): 0.168 ± 0.01, 0.192 ± 0.008; com")
 
     def test_effects_are_named_without_their_number(self):
         rows = [{"scene": scene, "without": without, "seconds": seconds}
