@@ -189,7 +189,7 @@ dict from paths in the scene, such as 'links/lower/mass', to arrays of one numbe
 about ten times a second with the number of runs that have ended. torques: runs × times × n, commanded torques
 (N m; N in a prismatic joint), each held from the time before (at first from 0) to its time, as hold_torques() holds
 them. state: of Simulation.save(): each run goes on from there under its torques, as after restore(), bit for bit;
-times are from the state's on.
+times are those of that simulation, not counted from the state.
 
 Raises Refused, with all faults, if the scene has no number at a path, or if initial and a path set the same
 state. The results depend neither on the number of threads nor on the

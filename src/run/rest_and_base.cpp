@@ -31,13 +31,11 @@ void Simulation::setMotorTorques(const std::vector<double>& torques) {
   for (std::size_t i = 0; i < torques.size(); ++i) {
     const Joint& joint = scene_.chain.joints()[i];
     const double limit = joint.has("effort_limit") ? joint.other("effort_limit") : largestFactor;
-    if (joint.other(timeConstant) > 0 ? std::abs(torques[i]) <= limit
-                                      : std::abs(torques[i] - present[i]) <= rounding)
-      continue;
+    const bool lags = joint.other(timeConstant) > 0;
+    if (lags ? std::abs(torques[i]) <= limit : std::abs(torques[i] - present[i]) <= rounding) continue;
     faults.push_back({"motor_torques/" + std::to_string(i),
-                      joint.other(timeConstant) > 0
-                          ? "a torque from " + toText(-limit) + " to " + toText(limit) + " N m"
-                          : toText(present[i]) + " N m, as commanded: " + joint.name + " has no lag",
+                      lags ? "a torque from " + toText(-limit) + " to " + toText(limit) + " N m"
+                           : toText(present[i]) + " N m, as commanded: " + joint.name + " has no lag",
                       toText(torques[i])});
   }
   if (!faults.empty()) throw Refused(std::move(faults));
