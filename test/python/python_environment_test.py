@@ -240,7 +240,7 @@ class ClosedChains(unittest.TestCase):
         bar = Scene({"chain": list(links), "links": links, "tip": {"pin": [1, 0]}})
         with open(os.path.join(SCENES, "../../src/python/README.md"), encoding="utf-8") as file:
             lines = re.search(r"^A, B = linearize\(bar.*?^```", file.read(), re.MULTILINE | re.DOTALL).group()[:-3]
-        scope = {"bar": bar, "q": q, "np": np, **{name: getattr(planar_chain, name) for name in ("equations", "linearize")}}
+        scope = {"bar": bar, "q": q, "np": np, **{name: getattr(planar_chain, name) for name in planar_chain.__all__}}
         exec(lines, scope)  # pylint: disable=exec-used
         A, B, T = scope["A"], scope["B"][:, :1], scope["T"]
         self.assertEqual(A.shape, (2, 2))
