@@ -49,9 +49,16 @@ def shorter(svg):
     return re.sub(r"\s*\n\s*", "\n", re.sub(r' transform="rotate\(-0 [^"]*"', "", svg))
 
 
-def made(facts):
-    """By what a study was measured, in one line."""
-    return ", ".join(facts[name] for name in ("commit", "compiler", "cpu", "date"))
+def origins(about, tables):
+    """A line for each commit, processor and time of measurement, with its sections; that of most sections last."""
+    sections = {}
+    for study, title in results.SECTIONS.items():
+        if tables[study]:
+            sections.setdefault(", ".join(about[study][fact] for fact in ("commit", "compiler", "cpu", "date")), []).append(title)
+    order = sorted(sections, key=lambda origin: len(sections[origin]))
+    for most in order[-1:]:
+        sections[most] = ["the other sections" if len(order) > 1 else "all sections"]
+    return [f"Commit {origin}: {'; '.join(sections[origin])}." for origin in order]
 
 
 def with_palette(image):
@@ -132,7 +139,7 @@ def write(folder, data, titles):
     environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,
                                      autoescape=lambda name: name.endswith(".html.jinja"),
                                      loader=jinja2.FileSystemLoader([str(HERE), str(HERE / "sections")]))  # installed they lie in one
-    environment.filters.update(digits=digits, grouped=grouped, name_of=results.name_of, side_of=results.side_of, made=made)
+    environment.filters.update(digits=digits, grouped=grouped, name_of=results.name_of, side_of=results.side_of, origins=origins)
     for page, template in (("index.html", "page.html.jinja"), ("README.md", "page.md.jinja")):  # the first draws for both
         text = environment.get_template(template).render(facts)
         (folder / page).write_text(re.sub(r"\n{3,}", "\n\n", text), encoding="utf-8")

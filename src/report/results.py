@@ -281,10 +281,10 @@ def effect_shares(rows):
 
 
 def effects_in_short(rows):
-    """Cells: effect, scenes, median and largest share, the scene of the largest."""
+    """Cells: effect, scenes, median and largest share (%), the scene of the largest."""
     for effect, shares in effect_shares(rows).items():
         most = max(shares, key=shares.get)
-        yield effect, len(shares), f"{statistics.median_low(shares.values())} %", f"{shares[most]} %", most
+        yield effect, len(shares), statistics.median_low(shares.values()), shares[most], most
 
 
 # ---- Real machines -----------------------------------------------------------------------------------

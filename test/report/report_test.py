@@ -273,7 +273,7 @@ class Short(unittest.TestCase):
     def test_effects_are_named_without_their_number(self):
         rows = [{"scene": scene, "without": without, "seconds": seconds}
                 for scene, without, seconds in (("a", "nothing", "10"), ("a", "1 rotor", "9"), ("b", "nothing", "10"), ("b", "3 rotors", "4"))]
-        self.assertEqual(list(results.effects_in_short(rows)), [("rotors", 2, "10 %", "60 %", "b")])
+        self.assertEqual(list(results.effects_in_short(rows)), [("rotors", 2, 10, 60, "b")])
 
 
 class Pictures(unittest.TestCase):
