@@ -29,8 +29,9 @@ import results  # noqa: E402  pylint: disable=wrong-import-position
 from results import grouped, number, read_table  # noqa: E402  pylint: disable=wrong-import-position
 
 HERE = pathlib.Path(__file__).resolve().parent
-DPI = 100    # of a PNG
-BLUR = 20    # of a PNG: the mean square of what a pixel's colour misses, red + green + blue
+DPI = 100     # of a PNG
+COLOURS = 32  # at least in a PNG
+BLUR = 12     # at most: the mean square of what a pixel's colour misses, red + green + blue
 
 
 def digits(value, form=".3g", times=1):
@@ -62,7 +63,7 @@ def origins(about, tables):
 
 
 def with_palette(image):
-    """The picture with few colours: even areas keep theirs, edges take the nearest of those that reduce the blur most."""
+    """The picture with few colours: even areas keep theirs, edges take the nearest of some that miss most."""
     pixels = np.asarray(image.convert("RGB")).astype(int) @ [65536, 256, 1]
     colours, places, counts = np.unique(pixels, return_inverse=True, return_counts=True)
     places = places.reshape(pixels.shape)
@@ -72,10 +73,10 @@ def with_palette(image):
     kept = [k for k in np.argsort(-even, kind="stable")[:256] if even[k] >= 16]
     while True:
         distances = ((parts[:, None] - parts[kept]) ** 2).sum(axis=2)
-        misses = counts * distances.min(axis=1)
-        if misses.sum() <= BLUR * counts.sum() or len(kept) == 256:
+        misses = distances.min(axis=1)
+        if len(kept) == min(256, len(colours)) or len(kept) >= COLOURS and misses @ counts <= BLUR * counts.sum():
             break
-        kept.append(misses.argmax())
+        kept.append((misses * np.sqrt(counts)).argmax())  # lines have fewer pixels than letters
     picture = PIL.Image.fromarray(distances.argmin(axis=1).astype(np.uint8)[places], "P")
     picture.putpalette(parts[kept].astype(np.uint8).tobytes())
     return picture
