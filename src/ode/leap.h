@@ -42,9 +42,9 @@ class Leap {
   /// Attempts a step of length h. distance: the square root of the margin where it starts. The allowance is
   /// that of errorNorm().
   Result attempt(const State& from, double distance, double h, const Integrator& allowance);
-  /// Of the last attempt: the time of the crossing. NaN: unknown.
+  /// The time of the crossing in the last attempt. NaN: unknown.
   double crossing() const { return crossing_; }
-  /// Of the last attempt that was made: bounds the error within the step, in units of the allowance.
+  /// Bounds the error within the step of the last attempt that was made, in units of the allowance.
   double error() const { return error_; }
   double length() const { return h_; }
   /// Sets `state` to that at t of the last attempt. It is not projected. Returns false if it is not finite.
