@@ -9,7 +9,6 @@ report.py measures and calls write().
 import collections
 import hashlib
 import io
-import json
 import math
 import pathlib
 import re
@@ -31,7 +30,7 @@ from results import grouped, number, read_table  # noqa: E402  pylint: disable=w
 
 HERE = pathlib.Path(__file__).resolve().parent
 DPI = 100    # of a PNG
-COLOURS = 56  # in a PNG
+BLUR = 20    # of a PNG: the mean square of what a pixel's colour misses, red + green + blue
 
 
 def digits(value, form=".3g", times=1):
@@ -50,23 +49,35 @@ def shorter(svg):
     return re.sub(r"\s*\n\s*", "\n", re.sub(r' transform="rotate\(-0 [^"]*"', "", svg))
 
 
-def made(facts):
-    """By what a study was measured, in one line."""
-    return ", ".join(facts[name] for name in ("commit", "compiler", "cpu", "date"))
+def origins(about, tables):
+    """A line for each commit, processor and time of measurement, with its sections; that of most sections last."""
+    sections = {}
+    for study, title in results.SECTIONS.items():
+        if tables[study]:
+            sections.setdefault(", ".join(about[study][fact] for fact in ("commit", "compiler", "cpu", "date")), []).append(title)
+    order = sorted(sections, key=lambda origin: len(sections[origin]))
+    for most in order[-1:]:
+        sections[most] = ["the other sections" if len(order) > 1 else "all sections"]
+    return [f"Commit {origin}: {'; '.join(sections[origin])}." for origin in order]
 
 
 def with_palette(image):
-    """The picture with few colours: even areas keep theirs, edges take the nearest of the most frequent ones."""
+    """The picture with few colours: even areas keep theirs, edges take the nearest of those that reduce the blur most."""
     pixels = np.asarray(image.convert("RGB")).astype(int) @ [65536, 256, 1]
     colours, places, counts = np.unique(pixels, return_inverse=True, return_counts=True)
     places = places.reshape(pixels.shape)
     corner = places[:-1, :-1]
     even = np.bincount(corner[(corner == places[1:, :-1]) & (corner == places[:-1, 1:])], minlength=len(colours))
-    kept = colours[np.lexsort((-counts, -even))[:COLOURS]]
-    parts, kept_parts = (np.stack([each >> 16, each >> 8 & 255, each & 255], axis=-1) for each in (colours, kept))
-    nearest = ((parts[:, None] - kept_parts) ** 2).sum(axis=2).argmin(axis=1).astype(np.uint8)
-    picture = PIL.Image.fromarray(nearest[places], "P")
-    picture.putpalette(kept_parts.astype(np.uint8).tobytes())
+    parts = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=-1)
+    kept = [k for k in np.argsort(-even, kind="stable")[:256] if even[k] >= 16]
+    while True:
+        distances = ((parts[:, None] - parts[kept]) ** 2).sum(axis=2)
+        misses = counts * distances.min(axis=1)
+        if misses.sum() <= BLUR * counts.sum() or len(kept) == 256:
+            break
+        kept.append(misses.argmax())
+    picture = PIL.Image.fromarray(distances.argmin(axis=1).astype(np.uint8)[places], "P")
+    picture.putpalette(parts[kept].astype(np.uint8).tobytes())
     return picture
 
 
@@ -117,7 +128,7 @@ class Pictures:
 def write(folder, data, titles):
     """Writes index.html and README.md, and their pictures, from the tables of the folder; titles: the lines of scenes.csv
     by name."""
-    about = json.loads((folder / "about.json").read_text(encoding="utf-8"))
+    about = results.read_about(folder)
     tables = collections.defaultdict(list, {name: read_table(results.table(folder, name)) for name in about})
     measured = grouped(tables["race"], "scene")
     scenes = {name: {**title, "rows": measured[name], "floor": floor_of(read_table(data / f"{name}.csv"))}
@@ -128,7 +139,7 @@ def write(folder, data, titles):
     environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,
                                      autoescape=lambda name: name.endswith(".html.jinja"),
                                      loader=jinja2.FileSystemLoader([str(HERE), str(HERE / "sections")]))  # installed they lie in one
-    environment.filters.update(digits=digits, grouped=grouped, name_of=results.name_of, side_of=results.side_of, made=made)
+    environment.filters.update(digits=digits, grouped=grouped, name_of=results.name_of, side_of=results.side_of, origins=origins)
     for page, template in (("index.html", "page.html.jinja"), ("README.md", "page.md.jinja")):  # the first draws for both
         text = environment.get_template(template).render(facts)
         (folder / page).write_text(re.sub(r"\n{3,}", "\n\n", text), encoding="utf-8")

@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import shlex
 import subprocess
 import sys
@@ -88,13 +89,20 @@ def measure(study, part, is_quick, peers):
     return own + "".join(of_peers(peers, study, arguments))
 
 
+def shorter(rows):
+    """The rows without needless characters: six digits of a number suffice, and nothing for what is none."""
+    def cell(match):
+        return re.sub(r"(e[+-]?)0", r"\1", f"{float(match.group()):.6g}").replace("nan", "")
+    return re.sub(r"(?<![^,\n])(-?\d+\.\d{2,}(e[+-]\d+)?|nan)(?![^,\n])", cell, rows)
+
+
 def extend(path, study, part, is_quick, peers):
     """Measures a part that the table does not hold yet."""
     text = path.read_text(encoding="utf-8") if path.exists() else ""
     begin = "".join(f"{word}," for word in part)
     if not any(line.startswith(begin) for line in text.splitlines()[1:]):
         header, rows = measure(study, part, is_quick, peers).split("\n", 1)
-        write_whole(path, (text or header + "\n") + rows)
+        write_whole(path, (text or header + "\n") + (rows if study == "models" else shorter(rows)))  # published figures stay
 
 
 # ---- By what it is measured ----------------------------------------------------------------------
@@ -119,8 +127,7 @@ def facts_now(is_quick, peers):
 
 def prepare(folder, studies, facts):
     """Removes the tables of these studies that other programs measured; notes by what the others are measured."""
-    path = folder / "about.json"
-    known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    known = results.read_about(folder)
     date = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
     words = ["DIR" if pathlib.Path(word) == folder else word for word in sys.argv[1:]]
     for name in studies:
@@ -129,7 +136,9 @@ def prepare(folder, studies, facts):
             continue  # with the date of its first measurements
         results.table(folder, name).unlink(missing_ok=True)
         known[name] = {**facts, "date": date, "command": "rosrun planar_chain report " + shlex.join(words)}
-    write_whole(path, json.dumps(known, indent=1) + "\n")
+    first = {name: next(other for other in known if known[other] == known[name]) for name in known}
+    named = {name: known[name] if name == other else other for name, other in first.items()}
+    write_whole(folder / "about.json", json.dumps(named, indent=1) + "\n")
 
 
 # ---- The whole -----------------------------------------------------------------------------------

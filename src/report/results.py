@@ -2,11 +2,14 @@
 import collections
 import csv
 import itertools
+import json
 import math
 import re
 import statistics
 
 import numpy as np
+
+from robot import MODELS
 
 OWN = "planar_chain"
 AUTO = (OWN, "auto")
@@ -32,6 +35,13 @@ def number(text):
 
 def table(folder, study):
     return folder / ("work_precision.csv" if study == "race" else f"{study}.csv")
+
+
+def read_about(folder):
+    """{study: by what it was measured}. In the file, a study that has the facts of another names it instead."""
+    path = folder / "about.json"
+    known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    return {study: known[facts] if isinstance(facts, str) else facts for study, facts in known.items()}
 
 
 def read_table(path):
@@ -271,10 +281,10 @@ def effect_shares(rows):
 
 
 def effects_in_short(rows):
-    """Cells: effect, scenes, median and largest share, the scene of the largest."""
+    """Cells: effect, scenes, median and largest share (%), the scene of the largest."""
     for effect, shares in effect_shares(rows).items():
         most = max(shares, key=shares.get)
-        yield effect, len(shares), f"{statistics.median_low(shares.values())} %", f"{shares[most]} %", most
+        yield effect, len(shares), statistics.median_low(shares.values()), shares[most], most
 
 
 # ---- Real machines -----------------------------------------------------------------------------------
@@ -298,7 +308,6 @@ def fits_in_short(rows):
 
 def misses(rows):
     """(recording, model, root mean square of each angle's error, rad)."""
-    runs = {run: grouped(group, "model") for run, group in grouped(rows, "run").items()}
-    return [(run, model, *(math.sqrt(np.mean([(number(a[q]) - number(b[q])) ** 2 for a, b in zip(motion, models["measured"])]))
-                           for q in ("q1", "q2")))
-            for run, models in runs.items() for model, motion in models.items() if model != "measured"]
+    return [(run, model, *(math.sqrt(np.mean([(number(row[f"{model}_{k}"]) - number(row[f"measured_{k}"])) ** 2 for row in group]))
+                           for k in (1, 2)))
+            for run, group in grouped(rows, "run").items() for model in MODELS]

@@ -70,11 +70,10 @@ def misses(data, angles):
 
 def measure(simulate, folder):
     """A table with a header: both angles, measured and computed, at every other measured time; folder: the recordings'."""
-    table = ["run,model,t,q1,q2\n"]
+    table = ["run,t" + "".join(f",{motion}_{k}" for motion in ("measured", *MODELS) for k in (1, 2)) + "\n"]
     for run in RUNS:
         data = measured(folder / f"{run}.csv")
-        motions = {"measured": [data["q1"], data["q2"]],
-                   **{model: computed(simulate, data, **options) for model, options in MODELS.items()}}
-        table += [f"{run},{model},{t - data['t'][0]:.4f},{q1:.5f},{q2:.5f}\n"
-                  for model, angles in motions.items() for t, q1, q2 in list(zip(data["t"], *angles))[::2]]
+        angles = [data["q1"], data["q2"], *(q for options in MODELS.values() for q in computed(simulate, data, **options))]
+        table += [f"{run},{t - data['t'][0]:.4f}," + ",".join(f"{q:.5f}" for q in row) + "\n"
+                  for t, *row in list(zip(data["t"], *angles))[::2]]
     return "".join(table)
