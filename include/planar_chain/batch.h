@@ -85,7 +85,7 @@ void requireTimes(const std::vector<double>& times);
 BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
                          const std::vector<double>& times, const BatchOptions& options = {});
 
-/// As above, with one scene and other starts: 2n numbers per run, q and then qd.
+/// Simulates one scene from other starts: 2n numbers per run, q and then qd.
 /// @throws std::invalid_argument also if `starts` does not hold whole runs
 BatchResult simulateMany(const Scene& scene, const std::vector<double>& starts,
                          const std::vector<double>& times, const BatchOptions& options = {});

@@ -22,6 +22,10 @@
 ///     f     = f_ext − V_pd A_1ᵀ q̇
 ///     M_q   = V_pd A_2ᵀ + W_pd A_3ᵀ + diag(J)                     symmetric, positive definite; J: rotors
 ///
+/// Corrected in the notes: of three bodies, the last block of the velocity matrix is S_r^3 S_30, not S_p^3
+/// S_30. The first term of F_in has q̇, not q̈. The superscript 0 of [ω^i] = Ṡ Sᵀ is a dot. M_1, M_2 of the
+/// page "Inputs" are moments on bodies, not torques in joints.
+///
 /// If the base moves, θ_i = φ + q_1 + … + q_i and ω likewise, and f loses the inertia of q̈ = 0: with Ω =
 /// (ω_i),
 ///

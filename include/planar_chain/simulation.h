@@ -209,7 +209,7 @@ class Simulation {
   /// @throws std::invalid_argument if the joint is not driven, or the law is not finite, or is more than 1e-6
   /// (rad, rad/s) away from the present angle or rate
   void follow(int joint, MotionLaw law);
-  /// The same for the base. Its laws must agree with its present position, angle and rates.
+  /// Drives the base by these laws. They must agree with its present position, angle and rates.
   /// @throws std::invalid_argument also if the scene has no `base`
   void followBase(BaseLaws laws);
 
@@ -230,7 +230,7 @@ class Simulation {
   /// the tolerance in force; works, counts and a fault. It changes nothing. Allocates.
   SavedState save();
   /// Goes back to a state of a simulation that was made with the same arguments: this one or another one.
-  /// The same calls then give the same bits as they gave there. Counts as setting the state. Invalidates the
+  /// From there on, equal calls give equal bits. Counts as setting the state. Invalidates the
   /// references returned before, except that of scene(). Allocates.
   /// @throws Refused, and changes nothing, for a state of another scene, of other arguments, of another
   /// version of this program, or of a CPU with another recursion()

@@ -81,7 +81,7 @@ class Ensemble {
   const simd::Kernel& kernel_;
   const simd::EnsembleKernel& run_;
   const int order_;
-  /// Of Gauss, for W_d. Its error is about 1e-12: steps are short for the radius of convergence.
+  /// Gauss's rule for W_d. Its error is about 1e-12: steps are short for the radius of convergence.
   const Eigen::MatrixX2d rule_;
   const simd::StepControl control_;
   SeriesStorage series_;

@@ -4,7 +4,7 @@
 ///
 ///     c_j·(x_T(t) − x_tip) = 0            c_j·(ẋ_T(t) − ẋ_tip) = 0            rows c_j: tip_constraint.h
 ///
-/// What is missing is made up by the motion of least kinetic energy that moves the tip so far: that of an
+/// A gap is closed by the motion of least kinetic energy that moves the tip so far: that of an
 /// impulse on the tip of the chain at rest. For positions this is Newton's method in the metric of the
 /// mass matrix, for rates it is exact. Each iteration is one sweep, O(n). Prescribed joints stay where they
 /// are.
@@ -29,7 +29,7 @@ class Closure {
   /// The mechanism must outlive this object.
   explicit Closure(const Mechanism& mechanism);
 
-  /// What is missing, along the rows: of the place, m, and of the velocity, m/s. y = [ψ ψ̇] in chain order.
+  /// The gap along the rows: of the position, m, and of the velocity, m/s. y = [ψ ψ̇] in chain order.
   Vec2d gap(const Couplings& at, const double* y);
   Vec2d rateGap(const Couplings& at, const double* y);
   /// Moves a state onto the condition. `change` has room for n numbers more than y: it is added to y with the
@@ -40,7 +40,7 @@ class Closure {
   /// it: the smaller eigenvalue of the tip's answer to forces over the larger one. Of one row it is the
   /// answer along it over the larger eigenvalue.
   double spread(const Couplings& at, const double* y);
-  /// The same where the last project() ended.
+  /// spread() where the last project() ended.
   double lastSpread(const Couplings& at) const;
   /// The length that gaps are compared with: the reach and the position of the tip, m.
   double sizeAt(const Couplings& at) const;

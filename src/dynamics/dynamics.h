@@ -6,7 +6,7 @@
 ///     y = [ θ_1…θ_n  ω_1…ω_n  (W_s  W_d) ]      θ̇ = ω      ω̇ = α(θ, ω, t)
 ///     Ẇ_s = power that the effects supply       Ẇ_d = power that they take from the chain
 ///
-/// Of prismatic joints θ and ω are the displacement s and its rate.
+/// For prismatic joints θ and ω are the displacement s and its rate.
 ///
 /// The two works W exist only if an effect may have power. Long chains store their states in lane order
 /// (lanes/lane_order.h): angles and rates in the order of the segments, then the works.
@@ -60,10 +60,10 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   const Effects& effects() const { return effects_; }
   /// Chooses what acts in [t, effects().until()).
   void enter(double t);
-  /// The same at a state in chain order, after motions: joints that stick may break loose, and motors may be
+  /// Enters at a state in chain order, after motions: joints that stick may break loose, and motors may be
   /// at their lines. As hold().
   bool enter(double t, double* y);
-  /// The same at a state that was set, whatever acted before. As hold().
+  /// Enters at a state that was set, whatever acted before. As hold().
   bool begin(double t, double* y);
   /// Call it if results for times to come are known that belong to other states.
   void reconsider(double t, double* y);
@@ -82,7 +82,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
 
   /// Puts held joints where they are at t, exactly. Returns true if there are any.
   bool hold(double t, double* y) { return general_ && general_->hold(t, y); }
-  /// The same for relative angles and rates.
+  /// hold() for relative angles and rates.
   void hold(double t, double* q, double* qd) {
     if (general_) general_->hold(t, q, qd);
   }
@@ -155,7 +155,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
 
   // ---- ode::SeriesSystem ---------------------------------------------------------------------------
 
-  /// Of many joints with dry friction, one soon sticks or slips.
+  /// True for many joints with dry friction: one soon sticks or slips.
   bool jumpsOften() const override { return effects_.onlyHold() && n_ > ShortChain::most; }
   /// True if the motion has a Taylor series.
   bool hasSeries() const;
@@ -193,7 +193,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   };
 
   void switched();
-  /// What acts has changed.
+  /// Call when another set of effects acts.
   void takeStiffness();
   void moveLinks(const ChainMotion& from, LinkMotion* motions) const;
 
@@ -208,7 +208,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void evaluate(double t, const double* y, double* dydt);
   /// The whole derivative at a state in chain order.
   void evaluateInOrder(double t, const double* y, double* dydt);
-  /// And returns the forces on the links there, or nullptr.
+  /// Also returns the forces on the links there, or nullptr.
   const Vec2d* evaluateWithForces(double t, const double* y, double* dydt);
 
   /// Writes N and F of these effects at a state in chain order. Returns their powers.

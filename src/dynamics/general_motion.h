@@ -63,7 +63,7 @@ class GeneralMotion final : private Mechanics {
   const Evaluation& at(double t, const double* y);
   /// Everything: for a query. Changes nothing that the functions above give or count.
   const Evaluation& query(double t, const double* y);
-  /// What couples at t.
+  /// The couplings at t.
   const Couplings& couplings(double t);
   Evaluator& evaluator() { return evaluator_; }
   /// A query: writes the torques of drives, rotors left out, and of friction, n values.
@@ -73,7 +73,7 @@ class GeneralMotion final : private Mechanics {
 
   /// Puts held joints where they are at t, exactly. Returns true if there are any.
   bool hold(double t, double* y);
-  /// The same for relative angles and rates.
+  /// hold() for relative angles and rates.
   void hold(double t, double* q, double* qd) { couplings(t).hold(q, qd); }
 
   // ---- A held tip ----------------------------------------------------------------------------------------
@@ -87,7 +87,7 @@ class GeneralMotion final : private Mechanics {
   }
   /// See Closure::spread(); 1 if the tip is free.
   double spread(double t, const double* y) { return closure_ ? closure_->spread(couplings(t), y) : 1; }
-  /// The same where the last project() ended.
+  /// spread() where the last project() ended.
   double lastSpread() const { return closure_ ? closure_->lastSpread(couplingsNow_) : 1; }
   bool isStretched(double t, const double* y) override {
     // Rounding, 1e-16, grows by one over the margin in the force on the tip: beyond this to 1e-7 of it.
@@ -125,9 +125,9 @@ class GeneralMotion final : private Mechanics {
   Effects& effects_;
   int n_;
   Evaluator evaluator_;
-  // Of rates(), and of switches and at(): of the welded chain, if there is one, without what only at() has.
+  // For rates(); for events and at(). They are of the welded chain, if there is one, without at()'s extras.
   Evaluation stepped_, asked_;
-  Evaluation whole_;  ///< of at(), beside a welded chain
+  Evaluation whole_;  ///< for at(), beside a welded chain
   Evaluation queried_;
   std::optional<Welded> welded_;
   std::optional<Closure> closure_;  ///< if the tip is held

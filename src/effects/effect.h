@@ -118,7 +118,8 @@ class Events {
   virtual ~Events() = default;
   /// Its event functions, which live as long as this object. The list never changes.
   virtual void addEvents(ode::EventList& to) const = 0;
-  /// Chooses what acts at the state y = [θ ω …] at t, whatever acted before.
+  /// Chooses what acts at the state y = [θ ω …] at t, whatever acted before. Linear models call it, too: they
+  /// forget what a latch remembers.
   virtual void enterState(double t, const double* y) = 0;
   /// Chooses what acts as the same effect in a scene with other numbers did.
   virtual void takeFrom(const Events& /*other*/) {}
@@ -208,7 +209,9 @@ class Effect {
 
   // ---- Time -------------------------------------------------------------------------------------------
 
-  /// Chooses what acts in [t, until()), s. A step ends at until(), and enter() is called again.
+  /// Chooses what acts in [t, until()), s. A step ends at the least until() of all effects, and enter() of
+  /// all is called again. An effect that needs the state at its own until() has events(): fire() is called
+  /// next.
   virtual void enter(double /*t*/) {}
   virtual double until() const { return std::numeric_limits<double>::infinity(); }
   /// The longest step that resolves the changes with time, s.

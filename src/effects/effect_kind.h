@@ -110,7 +110,9 @@ class EffectKind {
 
   // ---- Energy and sizes ---------------------------------------------------------------------------------
 
-  /// The energy V that it stores in a joint at the angle q, J.
+  /// The energy V that it stores in a joint at the angle q, J. Energy that depends on the past is power:
+  /// Powers::supplied is τ q̇ then, with its sign, and stiffnessOf() is > 0, or whole turns of the joint are
+  /// taken to change nothing.
   virtual double energyIn(const Joint& /*joint*/, double /*q*/) const { return 0; }
   /// A typical ∂²V/∂q² in a joint, N m/rad: > 0 where it stores energy, else energyIn() is not called. The
   /// guard allows more error of the energy for a larger value.

@@ -44,7 +44,7 @@ class Columns {
   double* series(int number) const {
     return of_.series + static_cast<std::ptrdiff_t>(number) * of_.apart + ColumnArrays::before;
   }
-  /// Of e_j; of ē_i e_j, i < j.
+  /// The number of the series of ē_i e_j, i < j; that of e_j is j.
   int pair(int i, int j) const { return n_ + j * (j - 1) / 2 + i; }
   double* e(int q, int part) const { return series(5 * q + part); }
   double* slope(int q, int part) const { return series(5 * q + 2 + part); }

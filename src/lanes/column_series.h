@@ -61,7 +61,7 @@ class ColumnSeries {
   void find(const double* c);
   /// Computes u and u̇ at h. Returns their error relative to the largest entry of the column.
   double evaluate(double h);
-  /// Of the last evaluate().
+  /// The values of the last evaluate().
   double value(int order, int joint, int column) const { return values_[place(order, joint, column)]; }
   /// Begins there.
   void take();

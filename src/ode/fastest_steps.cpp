@@ -171,7 +171,7 @@ class FastestSteps : public Integrator {
   /// Uncertain trials together cost at most this share of the incumbents' evaluations: it bounds the loss on
   /// a motion for which no other method is ever faster.
   static constexpr double trialBudget = 0.2;
-  /// The same below nearTheLimit, where they seldom win.
+  /// The share below nearTheLimit, where trials seldom win.
   static constexpr double smallTrialBudget = 0.02;
   /// From this tolerance on, error estimates may be rounding, as in adaptive_steps.cpp.
   static constexpr double finest = 1e-10;

@@ -84,7 +84,7 @@ struct Tolerance {
 
   /// True if auto expects taylor, and radau13 among the stiff methods, to be the fastest.
   bool isFine() const { return value <= 1e-5; }
-  /// The same for components of f in lane order. Allocates.
+  /// Returns this tolerance for components of f in lane order. Allocates.
   Tolerance inLaneOrder(const System& f) const;
 
   double size(const Vector& y, Eigen::Index i) const {
@@ -111,7 +111,7 @@ class Integrator {
   /// Repeats the last advance() from its start with a shorter step, to time t and without error control.
   /// Returns false, and changes nothing, if the result is not finite. Allocates nothing.
   virtual bool stepTo(State& state, double t) = 0;
-  /// The same without integrals. Of a step that is a polynomial it costs nothing.
+  /// stepTo() without integrals. It costs nothing if the step is a polynomial.
   virtual bool lookTo(State& state, double t) = 0;
   /// MethodFacts::pieces of the method of the last advance().
   virtual int pieces() const { return 1; }

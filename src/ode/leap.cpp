@@ -169,8 +169,8 @@ Leap::Result Leap::iterate(const Integrator& allowance) {
   constexpr int most = 20;
   constexpr double exact = 0.1;  // of the allowance
   constexpr double second = 1;   // s
-  // Of places and rates off the branch, at the distance of the last point: they vanish with the next
-  // projections.
+  // Errors of positions and rates off the branch, at the distance of the last point: they vanish with the
+  // next projections.
   constexpr double epsilon = 20 * std::numeric_limits<double>::epsilon();
   const double fastest = from_.y.segment(n_, n_).cwiseAbs().maxCoeff();
   rounding_ = 1e-13 * (1 + from_.y.cwiseAbs().maxCoeff()) + epsilon / std::sqrt(margin_) +

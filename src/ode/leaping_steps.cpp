@@ -97,7 +97,7 @@ class LeapingSteps : public StepsOf {
     if (distance_ < there) return fastest(state) > 0;
     return left_ < lastGap * reach(state) && left_ < wellBefore * (end - state.t);
   }
-  /// Of the next step, which does not go over a pose: it ends where a leap may begin, or well before the
+  /// The longest next step that does not go over a pose: it ends where a leap may begin, or well before the
   /// pose. Where none is in sight, it turns no joint so far that one may come and go.
   double longest(const State& state) const {
     constexpr double inSight = 1;  // rad
@@ -111,7 +111,7 @@ class LeapingSteps : public StepsOf {
   }
 
   bool leap(State& state, double end, double longestStep) {
-    // Of the length, if a leap is not made. The error falls with its tenth power.
+    // Factors of the length if a leap is not made. The error falls with its tenth power.
     constexpr double safety = 0.9, least = 0.25, diverged = 0.4, otherGap = 0.83;
     double left = left_ < infinity ? left_ : 0, most = reach(state);
     for (int k = 0; k < mostTrials; ++k) {

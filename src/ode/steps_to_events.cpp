@@ -80,7 +80,7 @@ class StepsToEvents final : public StepsOf {
   // one.
   static constexpr double farther = 1.5, mostOfUsual = 3, memory = 3;
 
-  /// Of a step: little behind the next event, but long enough to be made.
+  /// The longest step: it ends little behind the next event, but is long enough to be made.
   double longest(double t) const {
     constexpr double shortest = 256 * std::numeric_limits<double>::epsilon();
     return std::max(mostOfUsual * usual_, shortest * std::max(1.0, std::abs(t)));
@@ -109,8 +109,8 @@ class StepsToEvents final : public StepsOf {
     // Shares of a step, and of the last: shorter steps end before the event, whose time is not exact yet;
     // after longer ones the dense output is less exact there. A wrong share costs steps.
     constexpr double behind = 1e-3, nearer = 1e-4, more = 10;
-    // Of the error that a step may add, where the stiffness changes: the first such event is before it is
-    // known that the error of a rate may last longer than a stiff mode (integrator.h).
+    // A share of the error that a step may add, where the stiffness changes: the first such event is before
+    // it is known that the error of a rate may last longer than a stiff mode (integrator.h).
     constexpr double ofStiffness = 1e-4;
     double beyond = behind * (search_.behind().t - last_.before.t);
     for (int steps = 0;; ++steps) {
@@ -140,7 +140,7 @@ class StepsToEvents final : public StepsOf {
     usual_ = std::isfinite(usual_) ? (memory * usual_ + passed) / (memory + 1) : passed;
   }
 
-  /// The same by steps of the method, from the same state. Returns false if they are not finite.
+  /// endWithin() by steps of the method. Returns false if they are not finite.
   bool endBySteps(State& state) {
     ByShorterSteps states(last_);
     event_ = search_.locate(states);

@@ -31,9 +31,9 @@ class Vector : public Eigen::Map<Eigen::VectorXd> {
   }
   Vector(const Vector& other) : Map(nullptr, 0), lines_(other.lines_) { show(); }
   Vector(Vector&& other) noexcept : Map(nullptr, 0), lines_(std::move(other.lines_)) { show(); }
-  /// Of the same size.
+  /// Requires equal sizes.
   using Map::operator=;
-  /// Of any size; allocates where it is larger.
+  /// Takes any size; allocates where it is larger.
   Vector& operator=(const Vector& other) {
     lines_ = other.lines_;
     show();

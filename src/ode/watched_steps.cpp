@@ -7,7 +7,7 @@
 
 namespace planar_chain::ode {
 
-/// What counts as just above 0.
+/// The value that counts as just above 0.
 constexpr double atZero = std::numeric_limits<double>::denorm_min();
 
 /// The states of the last step: by the dense output where it is exact, as at the end; else by shorter steps.

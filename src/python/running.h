@@ -91,7 +91,7 @@ class Running {
     advance([t](Simulation& simulation, const auto& keepGoing) { return simulation.advanceTo(t, keepGoing); },
             budget, cure);
   }
-  /// The same by way(simulation, keepGoing), which returns true if it arrives.
+  /// Advances by way(simulation, keepGoing), which returns true if it arrives.
   template <class Way>
   void advance(const Way& way, const StepBudget& budget, const char* cure) {
     const bool arrives = alone([&](Simulation& simulation) {
@@ -122,7 +122,7 @@ class Running {
            (isBusy_ ? ", advanced by a thread" : ", t = " + toText(simulation_->time()) + " s");
   }
 
-  /// Of the last advance_to() with events: for each event an array of times, and one of states.
+  /// For each event of the last advance_to() with events, an array of times and one of states.
   /// Empty: there was none.
   py::object timesOfEvents, statesOfEvents;
 

@@ -58,7 +58,7 @@ def motion(scene, times, joints=None, absolute=False):
 
 
 def by_kane(scene, times, joints, method, tolerance):
-    """Likewise by a method of scipy, with q̈ from dense matrices."""
+    """The states by a method of scipy, with q̈ from dense matrices."""
     import numpy  # pylint: disable=import-outside-toplevel
     from planar_chain import Scene, equations, simulate  # pylint: disable=import-outside-toplevel
     from scipy.integrate import solve_ivp  # pylint: disable=import-outside-toplevel

@@ -30,7 +30,8 @@ namespace planar_chain {
 /// Allocates, but where it says so.
 class Sampler {
  public:
-  /// Of dop853, and of rodas5p, for one measurement. The motions of the scenes that ship need up to 100.
+  /// The most steps of dop853, and of rodas5p, for one measurement. The motions of the scenes that ship need
+  /// up to 100.
   static constexpr int mostSteps = 1000;
 
   /// These must outlive this object. `dynamics` are those of the motion.

@@ -296,12 +296,12 @@ struct Simulation::Parts {
   /// True if another method will be faster: the motion is stiff, or a stop ends unstable steps at once.
   bool isStuck() { return fallback + 1 < fallbackCount && meanStep.isSlow(integrator().count(), state.t); }
 
-  /// Of saved_state.cpp. The scene's tolerance and laws are those of the state.
+  /// In saved_state.cpp. The scene's tolerance and laws are those of the state.
   void saveOrRestore(Snapshot& snapshot);
   void saveOrRestoreFallbacks(Snapshot& snapshot);
 
   void readRelative() { toRelative(state.t, y.data(), q, qd); }
-  /// Of a state in chain order.
+  /// Reads a state in chain order.
   void toRelative(double t, const double* from, std::vector<double>& toQ, std::vector<double>& toQd) {
     coordinates.toRelative(from, toQ.data());
     coordinates.toRelative(from + n, toQd.data());

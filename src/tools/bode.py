@@ -1,13 +1,13 @@
 #!/usr/bin/python3
 """Draws the frequency response of a scene near an equilibrium: magnitude (dB) and phase from each input to each output.
 
-Names are those of planar_chain.state_space(): inputs JOINT, LINK/force_x, base/x and more; outputs JOINT/position, LINK/x, tip/y, SENSOR/gyro
-and more. Exit status: 0 done; 1 it cannot be written; 2 bad arguments, or a scene with faults or without equilibrium."""
+Exit status: 0 done; 1 it cannot be written; 2 bad arguments, or a scene with faults or without equilibrium."""
 
 from program import Parser, put, run, say  # isort: skip
 
 import argparse
 import csv
+import inspect
 import io
 import os
 import sys
@@ -32,7 +32,8 @@ NEAR_POLES = 1 + np.concatenate([sign * np.logspace(-4, -1, 10) for sign in (1, 
 
 
 def arguments():
-    parser = Parser(prog="bode", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    names = inspect.cleandoc(state_space.__doc__).partition("\n\nInputs:")
+    parser = Parser(prog="bode", description=__doc__, epilog="Inputs:" + names[2], formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--input", nargs="+", required=True, metavar="INPUT", help="such as a joint, whose torque it is")
     parser.add_argument("--output", nargs="+", required=True, metavar="OUTPUT", help="such as JOINT/position")

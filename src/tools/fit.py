@@ -41,7 +41,7 @@ def arguments():
     parser.add_argument("--plot", metavar="PICTURE", help="draws angles, residuals and an ellipse: .png, .svg or .pdf")
     parser.add_argument("--json", action="store_true", help="prints one JSON object")
     parser.add_argument("--offsets", action="store_true", help="also fits an offset of each encoder in each recording")
-    parser.add_argument("--delay", action="store_true", help="also fits the delay between torque and motion in each recording")
+    parser.add_argument("--delay", action="store_true", help="also fits the delay between torque and motion in each recording; predictions use the mean")
     parser.add_argument("--effort", action="store_true", help="applies the effort of a bag as torque")
     parser.add_argument("--node", help="node, such as /left/planar_chain, if a bag has several")
     parser.add_argument("--many-turns", action="store_true", help="accepts angles above 50 rad in a CSV, which look like degrees")

@@ -239,7 +239,8 @@ def arguments():
     parser.add_argument("--joints", nargs="+", default=[], metavar="JOINT",
                         help=f"joints to draw (default: all, or {MOST_JOINTS} of them, evenly along the chain)")
     parser.add_argument("--panels", nargs="+", default=[], choices=NAMES, metavar="PANEL",
-                        help=f"what to draw of {', '.join(NAMES)} (default: the first five, at most {MOST} panels)")
+                        help=f"what to draw of {', '.join(NAMES)} (default: the first five, at most {MOST} panels). "
+                             "imbalance is that of the energy, error the estimated one")
     parser.add_argument("--from", dest="first", type=float, metavar="T", help="draws only what comes after, s since the first state")
     parser.add_argument("--to", dest="last", type=float, metavar="T", help="draws only what comes before")
     parser.add_argument("--node", help="node, such as /left/planar_chain, if the bag has several")

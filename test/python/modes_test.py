@@ -20,7 +20,7 @@ except ImportError:
     print("numpy or scipy not found: skipped")
     sys.exit(77)
 
-from planar_chain import Scene, Simulation, equilibrium, linearize, modes, simulate, state_space
+from planar_chain import Scene, Simulation, equilibrium, linearize, modes, simulate, state_space, systems
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
 from in_folder import InFolder  # noqa: E402
@@ -325,6 +325,11 @@ class Tools(InFolder):
         self.assertEqual((run.returncode, run.stderr), (0, ""))
         self.assertRegex(run.stdout, r"(?s)^cart_pole at q = 0, 1.5708\nmode .*\n   1 +0 +0.0000 +free .*\n   2 +[0-9.]+ +-1.0000 +unstable .*decays")
         self.assertTrue(os.path.getsize(self.path("out.pdf")) > 1000)
+
+    def test_bode_lists_every_name(self):
+        said = self.run_tool("bode", "--help").stdout
+        for name in (*systems.OF_JOINTS, *systems.OF_POINTS, *systems.PIN_FORCES, *systems.OF_IMUS, "torque", "force_x", "moment"):
+            self.assertRegex(said, f"/{name}\\b")
 
     def test_bode_says_where_there_is_no_response(self):
         """To first order a hanging pole only swings sideways: what is computed is the rounding of its angle."""

@@ -358,7 +358,7 @@ class Pages(InFolder):
         for argument in launch.getroot().findall('arg'):
             if 'doc' in argument.attrib:
                 with self.subTest(argument=argument.get('name')):
-                    self.assertIn('| `%s` |' % argument.get('name'), page)
+                    self.assertRegex(page, '(?m)^- `%s`[ :]' % argument.get('name'))
 
     def test_every_topic_and_service_of_the_node_has_its_place(self):
         page = text_of(os.path.join(ROOT, 'msg/README.md'))

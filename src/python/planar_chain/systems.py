@@ -33,16 +33,23 @@ def state_space(scene, inputs, outputs, q=None, qd=None, t=0.0, tau=None, fricti
     """Returns A, B, C, D of ẋ = A x + B u, y = C x + D u near a state: arrays as scipy.signal and python-control take them.
 
     q, qd, t, tau, friction, motors: as of linearize(). Torques tau, n or "holding", act at the state.
-    x = (δq, δq̇), with motors=True the torques that lag, then for each base input the displacement of the base and its rate.
+    x = (δq, δq̇), with motors=True then the torques that lag, in chain order. Behind them are the displacements of the base inputs, then their rates.
 
-    inputs     "JOINT": torque, N m (prismatic: N); with motors=True the commanded one. "LINK/force_x", "LINK/force_y", "LINK/moment": on a link, N, N m.
-               "base/x", "base/y", "base/angle": acceleration of the base, m/s², rad/s²
-    outputs    "JOINT/position", "…/velocity", "…/acceleration"; with motors=True "JOINT/torque", of a motor that lags. "LINK/x", "…/y", "…/angle",
-               "…/velocity_x", "…/velocity_y", "…/rate", "…/acceleration_x", "…/acceleration_y": against the ground. "LINK/pin_force_x", "…_y": on the link at its inner pin.
-               "SENSOR/JOINT" of an encoder; "SENSOR/gyro", "…/accelerometer_x", "…/accelerometer_y", without delays and errors
+    Inputs:
+        JOINT                                       torque, N m; force of a prismatic joint, N; with motors=True as commanded
+        LINK/force_x, LINK/force_y, LINK/moment     on a link, along the axes of the base, N, N m
+        base/x, base/y, base/angle                  acceleration of the base, m/s², rad/s²
+    Outputs:
+        JOINT/position, …/velocity, …/acceleration  relative
+        JOINT/torque                                of a motor that lags, with motors=True
+        LINK/x, …/y, …/angle, …/velocity_x, …/velocity_y, …/rate, …/acceleration_x, …/acceleration_y
+                                                    of a point, against the ground
+        LINK/pin_force_x, LINK/pin_force_y          on the link at its inner pin, N
+        SENSOR/JOINT                                of an encoder, without delay and errors
+        SENSOR/gyro, SENSOR/accelerometer_x, SENSOR/accelerometer_y    of an IMU, too
 
-    A LINK's point is its centre of mass. "LINK,0.4,0" is another one, in the axes of the link; "tip" the outer pin of the last link. A frame
-    of the scene stands for its point."""
+    The point of a LINK is its centre of mass. "LINK,0.4,0" is another point, m, in the axes of the link. "tip" is the outer pin of the last
+    link. A frame of the scene stands for its point, as in "gripper/x"."""
     plant = Plant(scene, q, qd, t, tau, friction, motors)
     return plant.system([plant.input(f"inputs/{k}", name) for k, name in enumerate(names_of("inputs", inputs))],
                         [plant.output(f"outputs/{k}", name) for k, name in enumerate(names_of("outputs", outputs))])

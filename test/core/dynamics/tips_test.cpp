@@ -606,7 +606,7 @@ TEST(RestOfHeldCarts, IsTheLeastEnergy) {
   const std::vector<double> rest{0.328524801795, -1.29964354181, 1.99376496434};
   const Vec2d force{-3.7267998, 4.09466732};
   expectRest("chain: [cart, a, b]\ntip: {pin: [1.1, -0.3]}\n" + tilted, rest, force);
-  // The same, turned as a whole with gravity.
+  // The chain turned as a whole, with gravity.
   const auto turn = Rotation<double>::of(0.4);
   const auto inYaml = [&](Vec2d a) {
     std::ostringstream text;
