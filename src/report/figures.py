@@ -219,7 +219,7 @@ def scaling(rows):
             if (who[0] == OWN) == (each is axes[0]) or who[1] == "rk4":
                 plot(each, columns_of(group, "links", "seconds"), **style_of(who), label=name_of(who))
         logarithmic(each, "links", heading)
-        legend(each, 3)
+        legend(each, 3, side="center" if each is axes[0] else "right")
     axes[0].set_ylabel("one step, s")
     return figure
 
