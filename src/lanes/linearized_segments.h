@@ -39,8 +39,8 @@
 namespace planar_chain {
 
 /// The factors of each body that are stored for the way in of a solve: all that it reads, or no more than the
-/// way out needs. The rest is then computed again. Both give the same bits. Long chains wait for memory:
-/// `least` gains 24 % of radau13 with 10,000 links. `all` gains 11 % of rodas5p with 1000. whatFits chooses
+/// way out needs. The rest is then computed again. Both give the same bits. Long chains wait for memory,
+/// and `least` is faster; short ones are faster with `all` (src/README.md has the figures). whatFits chooses
 /// by the size of a cache.
 enum class Kept { whatFits, all, least };
 

@@ -47,7 +47,7 @@ class ExplicitRungeKutta : public Stepper {
   }
 
  private:
-  /// Shorter chains' sums are up to 10 % of a step faster with the rates of the stages.
+  /// Shorter chains' sums are not slower with the rates of the stages (src/README.md).
   static constexpr Eigen::Index leastInNystromsForm = 64;
 
   void evaluateFirst(double t, const double* y) {

@@ -51,8 +51,8 @@ PLANAR_CHAIN_IN_ONE_PIECE void combineOf(double factor, const double* weights, c
   }
 }
 
-/// Nyström's form gains 7 to 12 % of a step from 1000 links on. The last term is in no position: ā_ij =
-/// Σ a_ik a_kj needs a k between i and j.
+/// Nyström's form saves loads of long chains' vectors (src/README.md). The last term is in no position: ā_ij
+/// = Σ a_ik a_kj needs a k between i and j.
 template <int count>
 PLANAR_CHAIN_IN_ONE_PIECE void combineTwiceOf(const NystromSums& given, std::ptrdiff_t n) {
   const NystromSums row = given;  // stays in registers

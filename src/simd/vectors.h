@@ -37,8 +37,8 @@ struct NystromSums {
 };
 
 struct VectorKernel {
-  /// A function for each number of terms gains up to 29 % of a step: of dopri5 with one link. src/README.md
-  /// has the figures.
+  /// A function for each number of terms saves most with one link.
+  /// src/README.md has the figures.
   static constexpr int mostTerms = 13;
   /// sum = factor Σ weights_j terms_j, out = base + sum. `sum` or `out` may be nullptr; arrays may be the
   /// same.
