@@ -6,11 +6,13 @@
 A small deviation follows δ̇ = A(t) δ, here by the Runge–Kutta method of order 4. The exponent is the mean growth of
 log |δ|, 1/s. It is near 0 for a regular motion and positive for a chaotic one. Masses, lengths and starts are random."""
 import sys
+import warnings
 
 import numpy as np
 from planar_chain import Scene, Simulation
 
 STEP = 0.005  # s
+warnings.filterwarnings("ignore", "this state is no equilibrium")  # each motion starts at rest
 
 
 def growth(scene, seconds, delta):
