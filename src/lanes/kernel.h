@@ -240,8 +240,8 @@ extern const ShortChains shortChainsAvx2;
 /// The kernels that this CPU runs, the best first.
 const std::vector<const Kernel*>& kernels(KernelChoice choice = {});
 
-/// The best of them for a chain of so many links. The more links, the more AVX-512 gains:
-/// src/README.md.
+/// The best of them for a chain of so many links. AVX-512 gains more the more links there are
+/// (src/README.md).
 const Kernel& kernelFor(int links, KernelChoice choice);
 
 }  // namespace simd

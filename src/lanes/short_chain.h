@@ -4,7 +4,7 @@
 /// on the neighbours are computed for several links at a time. Two links use a closed form.
 ///
 /// There is a function for each length and for each kind of load. The functions have no loops:
-/// src/README.md has what that gains.
+/// src/README.md says what that gains.
 
 #include <array>
 #include <string>

@@ -161,7 +161,7 @@ one of the results is not. The dict has the letters that `equations --json` prin
     T, W_pd, A_3, M                     n×n)");
   module.def(
       "inverse_dynamics", &inverseAt, scene, py::arg("qdd"), q, qd, t,
-      R"(Returns the joint torques, n, N m, that give the accelerations qdd (n, rad/s²) beside all that acts; of a
+      R"(Returns the joint torques, n, N m, that give the accelerations qdd (n, rad/s²) beside all that acts; with a
 held tip, those of smallest norm.
 Friction opposes the rate, or at rest the acceleration. breakaway does not count: a joint at rest may stick under these torques.
 

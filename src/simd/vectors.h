@@ -37,8 +37,7 @@ struct NystromSums {
 };
 
 struct VectorKernel {
-  /// A function for each number of terms saves most with one link.
-  /// src/README.md has the figures.
+  /// One function for each number of terms. This saves most with one link (src/README.md).
   static constexpr int mostTerms = 13;
   /// sum = factor Σ weights_j terms_j, out = base + sum. `sum` or `out` may be nullptr; arrays may be the
   /// same.

@@ -32,8 +32,8 @@ NEAR_POLES = 1 + np.concatenate([sign * np.logspace(-4, -1, 10) for sign in (1, 
 
 
 def arguments():
-    names = inspect.cleandoc(state_space.__doc__).partition("\n\nInputs:")
-    parser = Parser(prog="bode", description=__doc__, epilog="Inputs:" + names[2], formatter_class=argparse.RawDescriptionHelpFormatter)
+    names = inspect.cleandoc(state_space.__doc__).partition("\n\nInputs:")[2]
+    parser = Parser(prog="bode", description=__doc__, epilog="Inputs:" + names, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--input", nargs="+", required=True, metavar="INPUT", help="such as a joint, whose torque it is")
     parser.add_argument("--output", nargs="+", required=True, metavar="OUTPUT", help="such as JOINT/position")

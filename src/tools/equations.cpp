@@ -289,8 +289,8 @@ int main(int argc, char** argv) {
          "the link; or the name of a frame of the scene, or tip"},
         {"equilibrium", "At rest in the static equilibrium, searched from --q", false},
         {"inverse",
-         "Only the torques tau that give the accelerations --qdd, beside all that acts but drives (of a held "
-         "tip: those of smallest norm)",
+         "Only the torques tau that give the accelerations --qdd, beside all that acts but drives (with a "
+         "held tip: those of smallest norm)",
          false},
         {"qdd", "Accelerations, rad/s^2, for --inverse (default 0)"},
         {"json", "One JSON object for programs, matrices as arrays of rows", false},
